@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * case.h - reads an OpenFOAM-style case directory into parameter structs.
+ *
+ * One place for keywords, defaults, ranges and error messages. The reader understands OpenFOAM's
+ * dictionary grammar: comments, nested dictionaries, lists, dimensions, #include, $macro. Errors
+ * are collected, so that a user sees all of them at once, each as
+ *     <file>:<line>: <key>: what was found; what is accepted; the nearest match.
+ *
+ * Every function that can fail takes a case_errors; after reading, case_errors_count() > 0 means
+ * that nothing may be run. Serial: read on each rank.
+ */
+#ifndef CASE_H
+#define CASE_H
+
+#include <stddef.h>
+#include "dem.h"
+#include "cpl.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CASE_NAME 64
+
+/* ---- errors ---------------------------------------------------------------------------------- */
+
+typedef struct case_errors case_errors;
+case_errors *case_errors_new(void);
+void case_errors_free(case_errors *errors);
+int case_errors_count(const case_errors *errors);
+/* All messages, one a line. Owned by errors. */
+const char *case_errors_text(const case_errors *errors);
+void case_error(case_errors *errors, const char *file, int line, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+/* ---- dictionaries ---------------------------------------------------------------------------- */
+
+typedef struct case_dict case_dict;
+
+/* Parse a file, or a text that is called `name` in messages. A text may hold lines `#line N` that
+ * set the line number of the entry after it (used when OpenFOAM hands over its own dictionaries).
+ * NULL on error. */
+case_dict *case_dict_read(const char *path, case_errors *errors);
+case_dict *case_dict_parse(const char *text, const char *name, case_errors *errors);
+void case_dict_free(case_dict *dict);
+const char *case_dict_file(const case_dict *dict);
+int case_dict_line(const case_dict *dict, const char *key); /* 0 if absent */
+
+/* Entries in order. */
+size_t case_dict_size(const case_dict *dict);
+const char *case_dict_key(const case_dict *dict, size_t i);
+int case_has(const case_dict *dict, const char *key);
+/* Sub-dictionary, or NULL; required: an error if absent. */
+const case_dict *case_sub(const case_dict *dict, const char *key, int required, case_errors *errors);
+/* An entry that is a list of dictionaries: its length (0 if absent), and its i-th member. */
+size_t case_list_size(const case_dict *dict, const char *key);
+const case_dict *case_list_at(const case_dict *dict, const char *key, size_t i);
+
+/* Values. `missing` non-NULL: the default of an optional key; NULL: required. Range is inclusive
+ * unless `open_lo`; numbers must be finite. A dimension set before a number is read over. */
+typedef struct case_range {
+    double lo, hi;
+    int open_lo, open_hi;
+} case_range;
+extern const case_range case_any, case_positive, case_non_negative, case_fraction /* [0,1] */;
+double case_scalar(const case_dict *dict, const char *key, const double *missing, case_range range,
+                   case_errors *errors);
+long case_integer(const case_dict *dict, const char *key, const long *missing, long lo, long hi,
+                  case_errors *errors);
+int case_bool(const case_dict *dict, const char *key, const int *missing, case_errors *errors);
+void case_vector(const case_dict *dict, const char *key, const double missing[3], double value[3],
+                 case_errors *errors);
+/* A word or quoted string; NULL if absent and not required or in error. */
+const char *case_word(const case_dict *dict, const char *key, const char *missing, int required,
+                      case_errors *errors);
+/* Index of the word in the NULL-terminated list `accepted`; `missing` < 0: required. */
+int case_choice(const case_dict *dict, const char *key, const char *const *accepted, int missing,
+                case_errors *errors);
+/* Numbers of a flat or nested list, e.g. vertices: count; *value malloced. */
+size_t case_numbers(const case_dict *dict, const char *key, double **value, case_errors *errors);
+/* Every key of dict must be in `known` (NULL-terminated) or it is an error with the nearest match. */
+void case_known(const case_dict *dict, const char *const *known, case_errors *errors);
+
+/* ---- a case ---------------------------------------------------------------------------------- */
+
+/* system/controlDict */
+typedef struct case_control {
+    double start_time, end_time, delta_t, write_interval;
+    int adjust_time_step;
+    double max_co, max_delta_t;
+    int time_precision; /* of the names of time directories */
+} case_control;
+void case_read_control(const char *directory, case_control *control, case_errors *errors);
+
+/* system/blockMeshDict of one block of equal cells aligned with the axes */
+typedef enum case_patch_type {
+    CASE_PATCH, CASE_WALL, CASE_SYMMETRY, CASE_EMPTY, CASE_CYCLIC
+} case_patch_type;
+typedef struct case_side { /* -x, +x, -y, +y, -z, +z */
+    char patch[CASE_NAME];
+    case_patch_type type;
+} case_side;
+typedef struct case_mesh {
+    int cells[3];
+    double lo[3], hi[3], spacing[3];
+    case_side side[6];
+} case_mesh;
+void case_read_mesh(const char *directory, case_mesh *mesh, case_errors *errors);
+
+/* constant/transportProperties and constant/g */
+typedef struct case_fluid {
+    double rho, nu; /* kg/m3, m2/s */
+    double gravity[3];
+} case_fluid;
+void case_read_fluid(const char *directory, case_fluid *fluid, case_errors *errors);
+
+/* constant/demProperties. `mesh` NULL: the domain must be given in the dictionary; else it
+ * defaults to the mesh's box, and cyclic sides are periodic. `directory` resolves file names. */
+typedef struct case_dem {
+    dem_param param; /* its arrays are owned by this struct; shapes pass to dem_new */
+    void *storage;
+} case_dem;
+void case_read_dem(const case_dict *dict, const char *directory, const case_mesh *mesh,
+                   const double gravity[3], case_dem *dem, case_errors *errors);
+/* Frees the arrays, not the shapes (owned by the simulation after a good dem_new; freed here when
+ * `shapes` is nonzero, for a case that was not run). */
+void case_dem_free(case_dem *dem, int shapes);
+
+/* constant/couplingProperties */
+void case_read_coupling(const case_dict *dict, cpl_param *param, case_errors *errors);
+
+/* Checks that need more than one file: cell against particle size, particles inside the mesh,
+ * time step. Adds to errors. */
+void case_check(const case_control *control, const case_mesh *mesh, const case_dem *dem,
+                const cpl_param *coupling, case_errors *errors);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
