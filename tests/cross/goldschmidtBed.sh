@@ -1,0 +1,24 @@
+#!/bin/bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# The main job, as its tutorial runs it: both solvers on one case. Time-mean pressure drop within 3 %
+# of the net weight over the area, solvers within 2 % in pressure drop and 5 % in bed height, and
+# every balance of the ledger below 1e-12 in every step.
+set -e
+here=$(cd "$(dirname "$0")/../.." && pwd)
+export FELMI_DIR=$here FELMI_BUILD=$1
+. "$here/etc/bashrc"
+. "$here/tests/functions"
+
+work=$1/cross/goldschmidtBed
+rm -rf "$work"
+mkdir -p "$work"
+cp -r "$here"/tutorials/goldschmidtBed/. "$work"
+"$work/Allrun"
+cd "$work"
+for run in foam mac; do
+    [ -d $run ] && ledgerBelow 1e-12 $run/postProcessing/ledger/ledger.csv
+done
+./compare --check $(ls -d foam mac 2>/dev/null)
+for picture in history.png bed_mac.png; do
+    [ -s $picture ]
+done
