@@ -32,9 +32,10 @@ typedef enum cpl_status {
     CPL_OK = 0,
     CPL_BAD_ARGUMENT,
     CPL_NO_MEMORY,
-    CPL_OUTSIDE,  /* a particle is in no cell; message has its row and position */
-    CPL_FULL,     /* no room left for the solid volume anywhere near a cell */
-    CPL_IMBALANCE /* the ledger's residual passed its threshold */
+    CPL_OUTSIDE,   /* a particle is in no cell; message has its row and position */
+    CPL_FULL,      /* no room left for the solid volume anywhere around a cell */
+    CPL_IMBALANCE, /* the ledger's residual passed its threshold */
+    CPL_IO         /* a file could not be written */
 } cpl_status;
 
 /* ---- mesh ------------------------------------------------------------------------------------ */
@@ -45,10 +46,10 @@ typedef enum cpl_status {
  */
 typedef struct cpl_mesh {
     size_t n;
-    const double *volume;     /* [n], m3 */
+    const double *volume; /* [n], m3 */
     const double (*centre)[3];
     const double (*lo)[3], (*hi)[3];
-    const size_t *offset;     /* [n+1] */
+    const size_t *offset; /* [n+1] */
     const int *neighbour;
     /* Cell holding each of m points, -1 outside. */
     void (*locate)(void *context, size_t m, const double (*x)[3], int *cell);
@@ -153,7 +154,8 @@ void cpl_predict(const cpl_param *param, size_t n, double dt, double rho, const 
 /**
  * Force of the fluid on particles, per unit time what the fluid lost to each:
  *     L = kappa (u - v) - V grad p        and       C += L dt - J.
- * u [n][3]: fluid velocity that the drag in the fluid's equation saw, gathered; grad_p likewise, Pa/m.
+ * u [n][3]: fluid velocity that the drag in the fluid's equation saw, gathered; grad_p likewise,
+ * Pa/m.
  */
 void cpl_settle(size_t n, double dt, const double *kappa, const double *V, const double (*u)[3],
                 const double (*v)[3], const double (*grad_p)[3], const double (*J)[3],
@@ -164,16 +166,16 @@ void cpl_settle(size_t n, double dt, const double *kappa, const double *V, const
 /* One coupled step, all sums over the domain. */
 typedef struct cpl_entry {
     double time;
-    double particle_volume, mapped_volume, moved_volume;      /* m3 */
-    double fluid_drag[3];      /* impulse the fluid's equation gave to the particles by drag, N s */
-    double fluid_pressure[3];  /* and by the pressure gradient on the solid fraction, N s */
-    double particle_force[3];  /* sum L dt as booked for the particles, N s */
-    double delivered[3];       /* sum J, N s */
-    double carried_before[3], carried[3]; /* sum C, N s */
+    double particle_volume, mapped_volume, moved_volume; /* m3 */
+    double fluid_drag[3];     /* impulse the fluid's equation gave to the particles by drag, N s */
+    double fluid_pressure[3]; /* and by the pressure gradient on the solid fraction, N s */
+    double particle_force[3]; /* sum L dt as booked for the particles, N s */
+    double delivered[3];      /* sum J, N s */
+    double carried_before[3], carried[3];   /* sum C, N s */
     double momentum_before[3], momentum[3]; /* of the particles, kg m/s */
-    double gravity[3], walls[3]; /* impulses on the particles, N s */
-    double scale;              /* sum of magnitudes of the exchanged impulses, N s: the measure of 1 */
-    double momentum_scale;     /* sum of magnitudes of particle momenta and impulses, kg m/s */
+    double gravity[3], walls[3];            /* impulses on the particles, N s */
+    double scale;          /* sum of magnitudes of the exchanged impulses, N s: the measure of 1 */
+    double momentum_scale; /* sum of magnitudes of particle momenta and impulses, kg m/s */
 } cpl_entry;
 
 typedef struct cpl_ledger cpl_ledger;
@@ -181,9 +183,11 @@ typedef struct cpl_ledger cpl_ledger;
 /* Writes <directory>/ledger.csv (created with its directories; a restart appends). */
 cpl_status cpl_ledger_new(const char *directory, double tolerance, int append, cpl_ledger **ledger);
 void cpl_ledger_free(cpl_ledger *ledger);
-/* Book a step: writes a row; CPL_IMBALANCE when a residual passes the tolerance, named in message. */
+/* Book a step: writes a row; CPL_IMBALANCE when a residual passes the tolerance, named in message.
+ */
 cpl_status cpl_ledger_book(cpl_ledger *ledger, const cpl_entry *entry);
-/* Largest residual of the last entry: of volume, exchange, carry and particle momentum, relative. */
+/* Largest residual of the last entry: of volume, exchange, carry and particle momentum, relative.
+ */
 double cpl_ledger_residual(const cpl_ledger *ledger);
 const char *cpl_ledger_message(const cpl_ledger *ledger);
 
