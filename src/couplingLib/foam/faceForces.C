@@ -171,7 +171,7 @@ void faceForces::makeTensor()
         }
     }
 
-    unity_ = gMax(mag(tensor_ - tensor(tensor::I))()) < roundingOfUnity;
+    unity_ = gMax(mag(tensor_ - Foam::tensor(I))()) < roundingOfUnity;
 }
 
 
@@ -260,6 +260,25 @@ tmp<volVectorField::Internal> faceForces::transpose
     result /= mesh_.V();
 
     return tresult;
+}
+
+
+void faceForces::hold
+(
+    surfaceScalarField& gradpf,
+    const surfaceScalarField& balance,
+    const volScalarField& p
+) const
+{
+    forAll(p.boundaryField(), patchi)
+    {
+        const fvPatchScalarField& pb = p.boundaryField()[patchi];
+
+        if (!pb.coupled() && !pb.fixesValue())
+        {
+            gradpf.boundaryFieldRef()[patchi] = balance.boundaryField()[patchi];
+        }
+    }
 }
 
 

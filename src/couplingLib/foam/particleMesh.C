@@ -326,7 +326,7 @@ case_mesh particleMesh::summary() const
     {
         summary.lo[d] = bounds.min()[d];
         summary.hi[d] = bounds.max()[d];
-        summary.spacing[d] = min((hi_ - lo_)().component(d))();
+        summary.spacing[d] = min((hi_ - lo_)().component(d));
         summary.cells[d] = box_ ? cells_.cells[d] : 1;
     }
 
@@ -350,7 +350,7 @@ case_mesh particleMesh::summary() const
                 summary.side[side].type = sideType(patch);
                 patch.name().copy(summary.side[side].patch, CASE_NAME - 1);
                 summary.side[side].patch
-                    [min(patch.name().size(), size_t(CASE_NAME - 1))] = '\0';
+                    [std::min<size_t>(patch.name().size(), CASE_NAME - 1)] = '\0';
             }
         }
     }

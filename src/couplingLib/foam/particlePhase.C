@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/*---------------------------------------------------------------------------*\
+    The particle phase behind OpenFOAM's fields: see particlePhase.H. Cell
+    arrays of vectors are handed to the C library as they are: OpenFOAM's
+    vector is three doubles in a row.
+\*---------------------------------------------------------------------------*/
+
+#include "particlePhase.H"
+#include "caseText.H"
+#include "faceForces.H"
+#include "IOdictionary.H"
+
+namespace Foam
+{
+
+typedef const double (*cellVectors)[3];
+
+static cellVectors vectors(const vectorField& f)
+{
+    return reinterpret_cast<cellVectors>(f.cdata());
+}
+
+
+void stopRun(const string& message)
+{
+    Info<< flush;
+    Serr<< nl << "--> felmiFoam stops:" << nl << message.c_str() << nl << endl;
+
+    if (UPstream::parRun())
+    {
+        UPstream::exit(1);
+    }
+    std::exit(1);
+}
+
+
+// A dictionary of the case as caseLib's reader sees it, or nullptr with the
+// reader's message where the file does not exist.
+static case_dict* caseDict
+(
+    const Time& runTime,
+    const word& name,
+    case_errors* errors
+)
+{
+    const IOobject io
+    (
+        name,
+        runTime.constant(),
+        runTime,
+        IOobject::MUST_READ,
+        IOobject::NO_WRITE,
+        false
+    );
+
+    if (!isFile(io.objectPath()))
+    {
+        return case_dict_read(io.objectPath().c_str(), errors);
+    }
+
+    const IOdictionary dict(io);
+    const fileName file = runTime.constant()/name;
+
+    return case_dict_parse(caseText(dict).c_str(), file.c_str(), errors);
+}
+
+
+// Entries of system/controlDict that caseLib checks. Others (functions, say)
+// are OpenFOAM's own matter.
+static case_control readControl(const Time& runTime, case_errors* errors)
+{
+    dictionary times;
+
+    for (const char* key : {"deltaT", "endTime"})
+    {
+        const entry* e = runTime.controlDict().findEntry(key);
+        if (e)
+        {
+            times.add(*e);
+        }
+    }
+
+    case_control control = case_control();
+    case_dict* dict = case_dict_parse
+    (
+        caseText(times).c_str(),
+        "system/controlDict",
+        errors
+    );
+
+    if (dict)
+    {
+        control.start_time = runTime.startTime().value();
+        control.end_time =
+            case_scalar(dict, "endTime", nullptr, case_any, errors);
+        control.delta_t =
+            case_scalar(dict, "deltaT", nullptr, case_positive, errors);
+        control.write_interval = control.end_time - control.start_time;
+        control.max_co = control.max_delta_t = GREAT;
+        case_dict_free(dict);
+    }
+
+    return control;
+}
+
+
+static void checkFluid(const Time& runTime, case_errors* errors)
+{
+    case_dict* dict = caseDict(runTime, "transportProperties", errors);
+
+    if (dict)
+    {
+        case_scalar(dict, "rho", nullptr, case_positive, errors);
+        if (case_has(dict, "nu"))
+        {
+            case_scalar(dict, "nu", nullptr, case_positive, errors);
+        }
+        case_dict_free(dict);
+    }
+}
+
+
+void particlePhase::readCase(const vector& g)
+{
+    const Time& runTime = mesh_.time();
+    const case_mesh mesh = cells_.summary();
+    case_errors* errors = case_errors_new();
+
+    const case_control control = readControl(runTime, errors);
+    checkFluid(runTime, errors);
+
+    case_dict* dict = caseDict(runTime, "demProperties", errors);
+    const bool demRead = dict;
+    if (dict)
+    {
+        case_read_dem
+        (
+            dict,
+            runTime.path().c_str(),
+            &mesh,
+            g.cdata(),
+            &dem_,
+            errors
+        );
+        case_dict_free(dict);
+    }
+
+    dict = caseDict(runTime, "couplingProperties", errors);
+    if (dict)
+    {
+        case_read_coupling(dict, &coupling_, errors);
+        case_dict_free(dict);
+    }
+
+    if (!case_errors_count(errors))
+    {
+        case_check(&control, &mesh, &dem_, &coupling_, errors);
+    }
+
+    if (case_errors_count(errors))
+    {
+        const string text(case_errors_text(errors));
+        case_errors_free(errors);
+        if (demRead)
+        {
+            case_dem_free(&dem_, 1);
+        }
+        stopRun(text);
+    }
+
+    case_errors_free(errors);
+}
+
+
+particlePhase::particlePhase
+(
+    const fvMesh& mesh,
+    const dimensionedScalar& rho,
+    const scalar nu,
+    const vector& g,
+    MPI_Comm comm
+)
+:
+    mesh_(mesh),
+    cells_(mesh),
+    dem_(),
+    coupling_(cpl_param_default()),
+    phase_(nullptr),
+    rho_(rho.value())
+{
+    readCase(g);
+
+    const fileName ledger(mesh.time().path()/"postProcessing"/"felmiFoam");
+
+    phase_param param = phase_param();
+    param.dem = &dem_.param;
+    param.coupling = &coupling_;
+    param.mesh = &cells_.cells();
+    param.rho = rho_;
+    param.mu = rho_*nu;
+    param.ledger = ledger.c_str();
+
+    check(phase_new(comm, &param, &phase_));
+    dem_set_time(phase_engine(phase_), mesh.time().value());
+}
+
+
+particlePhase::~particlePhase()
+{
+    phase_free(phase_);
+    case_dem_free(&dem_, 0);
+}
+
+
+void particlePhase::check(const int status) const
+{
+    if (status)
+    {
+        stopRun(phase_ ? phase_message(phase_) : "not enough memory");
+    }
+}
+
+
+void particlePhase::advance()
+{
+    check(phase_advance(phase_, mesh_.time().deltaTValue()));
+}
+
+
+void particlePhase::voidage(volScalarField& voidfraction) const
+{
+    const double* eps = phase_voidage(phase_);
+
+    forAll(voidfraction, c)
+    {
+        voidfraction[c] = eps[c];
+    }
+    voidfraction.correctBoundaryConditions();
+}
+
+
+void particlePhase::drag
+(
+    const volVectorField& U,
+    volScalarField& K,
+    volVectorField& S,
+    volVectorField& Us
+)
+{
+    check(phase_drag(phase_, vectors(U.primitiveField())));
+
+    const double* k = phase_K(phase_);
+    cellVectors s = phase_S(phase_);
+    cellVectors us = phase_Us(phase_);
+
+    forAll(K, c)
+    {
+        K[c] = k[c]/rho_;
+        S[c] = vector(s[c][0], s[c][1], s[c][2])/rho_;
+        Us[c] = vector(us[c][0], us[c][1], us[c][2]);
+    }
+
+    K.correctBoundaryConditions();
+    S.correctBoundaryConditions();
+    Us.correctBoundaryConditions();
+}
+
+
+void particlePhase::settle
+(
+    const faceForces& faces,
+    const volVectorField::Internal& u,
+    const volVectorField::Internal& gradp,
+    const vector& drag,
+    const vector& pressure
+)
+{
+    static_assert(sizeof(tensor) == 9*sizeof(double), "rows of nine doubles");
+
+    check
+    (
+        phase_settle
+        (
+            phase_,
+            vectors(u),
+            vectors(gradp),
+            faces.unity()
+          ? nullptr
+          : reinterpret_cast<const double (*)[9]>(faces.tensor().cdata()),
+            drag.cdata(),
+            pressure.cdata()
+        )
+    );
+}
+
+} // End namespace Foam
