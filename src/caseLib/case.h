@@ -33,6 +33,10 @@ int case_errors_count(const case_errors *errors);
 const char *case_errors_text(const case_errors *errors);
 void case_error(case_errors *errors, const char *file, int line, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
+/* Notes: what a user should know but what does not forbid a run. Not counted as errors. */
+void case_note(case_errors *errors, const char *file, int line, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+const char *case_notes_text(const case_errors *errors);
 
 /* ---- dictionaries ---------------------------------------------------------------------------- */
 
@@ -44,7 +48,9 @@ typedef struct case_dict case_dict;
 case_dict *case_dict_read(const char *path, case_errors *errors);
 case_dict *case_dict_parse(const char *text, const char *name, case_errors *errors);
 void case_dict_free(case_dict *dict);
+/* File it was read from, and its own key ("" at the top). */
 const char *case_dict_file(const case_dict *dict);
+const char *case_dict_name(const case_dict *dict);
 int case_dict_line(const case_dict *dict, const char *key); /* 0 if absent */
 
 /* Entries in order. */
