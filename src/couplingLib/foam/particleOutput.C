@@ -79,6 +79,12 @@ void particlePhase::log
 }
 
 
+phase_report particlePhase::last() const
+{
+    return phase_last_report(phase_);
+}
+
+
 // A field of the cloud from a function of the particle's row
 template<class Type, class Value>
 static void writeField
