@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * mac.c - the staggered fluid: its life, its step, and cell fields in and out.
+ *
+ * A step: boundary values, carrying fluxes, explicit terms, predictor with implicit drag,
+ * projection. The convecting flux is eps^{n+1} u^n: with the void fraction that the projection
+ * itself sees, a uniform velocity that satisfies continuity is kept to rounding.
+ */
+#include "mac.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+mac_param mac_param_default(void)
+{
+    mac_param p;
+    memset(&p, 0, sizeof p);
+    p.rho = 1;
+    p.convection = MAC_HYBRID;
+    p.cycle = MAC_W_CYCLE;
+    p.tolerance = 1e-8;
+    p.max_iterations = 500;
+    return p;
+}
+
+static int allocate(double **array, size_t size)
+{
+    *array = calloc(size, sizeof **array);
+    return *array ? 0 : -1;
+}
+
+static int allocate_fields(mac *m)
+{
+    size_t size = m->grid.size;
+    double **scalar[6] = {&m->p, &m->eps, &m->eps_old, &m->K, &m->work, NULL};
+    int failed = 0;
+    for (int a = 0; scalar[a]; a++) failed |= allocate(scalar[a], size);
+    for (int d = 0; d < 3; d++) {
+        double **face[6] = {&m->u[d],    &m->dp[d],  &m->S[d],
+                            &m->flux[d], &m->rhs[d], &m->mobility[d]};
+        for (int a = 0; a < 6; a++) failed |= allocate(face[a], size);
+        if (m->param.hold_flux[d]) failed |= allocate(&m->response[d], size);
+    }
+    if (failed) return -1;
+    for (size_t q = 0; q < size; q++) m->eps[q] = m->eps_old[q] = 1;
+    return 0;
+}
+
+mac *mac_new(const mac_param *param)
+{
+    mac *m = calloc(1, sizeof *m);
+    if (!m) return NULL;
+    m->param = *param;
+    mac_grid *g = &m->grid;
+    g->volume = 1;
+    for (int d = 0; d < 3; d++) {
+        g->n[d] = param->n[d];
+        g->h[d] = param->h[d];
+        g->lo[d] = param->lo[d];
+        g->periodic[d] = param->side[2 * d].normal == MAC_CYCLIC;
+        g->volume *= g->h[d];
+        if (!g->periodic[d]) m->param.hold_flux[d] = 0;
+    }
+    g->stride[0] = 1;
+    g->stride[1] = (size_t)g->n[0] + 3;
+    g->stride[2] = g->stride[1] * ((size_t)g->n[1] + 3);
+    g->size = g->stride[2] * ((size_t)g->n[2] + 3);
+    if (allocate_fields(m) || mac_poisson_init(&m->poisson, g->n, g->h, g->periodic, param->cycle,
+                                               param->tolerance, param->max_iterations)) {
+        mac_free(m);
+        return NULL;
+    }
+    mac_boundary_values(m);
+    mac_fill_velocity(m);
+    return m;
+}
+
+void mac_free(mac *m)
+{
+    if (!m) return;
+    double *scalar[5] = {m->p, m->eps, m->eps_old, m->K, m->work};
+    for (int a = 0; a < 5; a++) free(scalar[a]);
+    for (int d = 0; d < 3; d++) {
+        double *face[7] = {m->u[d],   m->dp[d],       m->S[d],       m->flux[d],
+                           m->rhs[d], m->mobility[d], m->response[d]};
+        for (int a = 0; a < 7; a++) free(face[a]);
+    }
+    mac_poisson_free(&m->poisson);
+    free(m);
+}
+
+/* ---- cell fields ----------------------------------------------------------------------------- */
+
+void mac_set_cells(const mac *m, const double *field, int width, double *const *array)
+{
+    const mac_grid *g = &m->grid;
+    for (int c = 0; c < width; c++) {
+        const double *from = field + c;
+        for (int k = 1; k <= g->n[2]; k++)
+            for (int j = 1; j <= g->n[1]; j++)
+                for (int i = 1; i <= g->n[0]; i++, from += width)
+                    array[c][mac_at(g, i, j, k)] = *from;
+        mac_fill_copy(g, array[c], -1);
+    }
+}
+
+void mac_cell_velocity(const mac *m, double (*U)[3])
+{
+    const mac_grid *g = &m->grid;
+    for (int k = 1; k <= g->n[2]; k++)
+        for (int j = 1; j <= g->n[1]; j++)
+            for (int i = 1; i <= g->n[0]; i++, U++) {
+                size_t q = mac_at(g, i, j, k);
+                for (int d = 0; d < 3; d++)
+                    (*U)[d] = 0.5 * (m->u[d][q] + m->u[d][q + g->stride[d]]);
+            }
+}
+
+void mac_start(mac *m, const double (*U)[3])
+{
+    const mac_grid *g = &m->grid;
+    mac_set_cells(m, U[0], 3, m->rhs);
+    for (int d = 0; d < 3; d++)
+        for (int k = 1; k <= g->n[2] + (d == 2); k++)
+            for (int j = 1; j <= g->n[1] + (d == 1); j++)
+                for (int i = 1; i <= g->n[0] + (d == 0); i++) {
+                    size_t q = mac_at(g, i, j, k);
+                    m->u[d][q] = mac_face(m->rhs[d], q, g->stride[d]);
+                }
+    mac_boundary_values(m);
+    mac_fill_velocity(m);
+}
+
+/* ---- step ------------------------------------------------------------------------------------ */
+
+/* Momentum eps u of the faces whose velocity is given, kept where their gradient will stand. */
+static void keep_given_momentum(mac *m)
+{
+    const mac_grid *g = &m->grid;
+    for (int s = 0; s < 6; s++) {
+        if (m->param.side[s].normal != MAC_PRESCRIBED) continue;
+        int d = s / 2, a = (d + 1) % 3, b = (d + 2) % 3;
+        for (int q = 1; q <= g->n[b]; q++)
+            for (int p = 1; p <= g->n[a]; p++) {
+                size_t f = (size_t)(s % 2 ? g->n[d] + 1 : 1) * g->stride[d] +
+                           (size_t)p * g->stride[a] + (size_t)q * g->stride[b];
+                m->dp[d][f] = mac_face(m->eps_old, f, g->stride[d]) * m->u[d][f];
+            }
+    }
+}
+
+static void carrying_flux(mac *m)
+{
+    const mac_grid *g = &m->grid;
+    for (int d = 0; d < 3; d++) {
+        for (int k = 1; k <= g->n[2] + (d == 2); k++)
+            for (int j = 1; j <= g->n[1] + (d == 1); j++)
+                for (int i = 1; i <= g->n[0] + (d == 0); i++) {
+                    size_t q = mac_at(g, i, j, k);
+                    m->flux[d][q] = mac_face(m->eps, q, g->stride[d]) * m->u[d][q];
+                }
+        mac_fill_copy(g, m->flux[d], d);
+    }
+}
+
+/* The Courant number, or -1 with the message set when a velocity is not finite. */
+static double courant(mac *m, double dt)
+{
+    const mac_grid *g = &m->grid;
+    double largest = 0;
+    for (int k = 1; k <= g->n[2]; k++)
+        for (int j = 1; j <= g->n[1]; j++)
+            for (int i = 1; i <= g->n[0]; i++) {
+                size_t q = mac_at(g, i, j, k);
+                double sum = 0;
+                for (int d = 0; d < 3; d++)
+                    sum += fmax(fabs(m->u[d][q]), fabs(m->u[d][q + g->stride[d]])) / g->h[d];
+                if (!isfinite(sum)) {
+                    snprintf(m->message, sizeof m->message,
+                             "the velocity in cell (%d %d %d) is not finite: (%g %g %g)", i - 1,
+                             j - 1, k - 1, m->u[0][q], m->u[1][q], m->u[2][q]);
+                    return -1;
+                }
+                if (sum > largest) largest = sum;
+            }
+    return largest * dt;
+}
+
+int mac_step(mac *m, double dt)
+{
+    keep_given_momentum(m);
+    mac_boundary_values(m);
+    mac_fill_velocity(m);
+    carrying_flux(m);
+    mac_explicit_terms(m);
+    if (mac_project(m, dt)) return -1;
+    mac_fill_velocity(m);
+    m->report.courant = courant(m, dt);
+    return m->report.courant < 0 ? -1 : 0;
+}
+
+void mac_limits(const mac *m, double *convective, double *viscous)
+{
+    const mac_grid *g = &m->grid;
+    double fastest = 0, stiff = 0;
+    for (int k = 1; k <= g->n[2]; k++)
+        for (int j = 1; j <= g->n[1]; j++)
+            for (int i = 1; i <= g->n[0]; i++) {
+                size_t q = mac_at(g, i, j, k);
+                double sum = 0;
+                for (int d = 0; d < 3; d++)
+                    sum += fmax(fabs(m->u[d][q]), fabs(m->u[d][q + g->stride[d]])) / g->h[d];
+                if (sum > fastest) fastest = sum;
+            }
+    for (int d = 0; d < 3; d++)
+        if (g->n[d] > 1) stiff += 1 / (g->h[d] * g->h[d]);
+    *convective = fastest > 0 ? 1 / fastest : INFINITY;
+    /* rho / (2 mu sum h^-2), half of it because of the transposed gradient (method M9) */
+    *viscous = m->param.mu > 0 && stiff > 0 ? m->param.rho / (4 * m->param.mu * stiff) : INFINITY;
+}
+
+/* ---- pressure at the sides ------------------------------------------------------------------- */
+
+double mac_face_pressure(const mac *m, int side, size_t inside)
+{
+    const mac_grid *g = &m->grid;
+    int d = side / 2, high = side % 2;
+    size_t face = inside + (high ? g->stride[d] : 0);
+    if (m->param.side[side].normal == MAC_CYCLIC) return mac_face(m->p, face, g->stride[d]);
+    if (m->param.side[side].normal == MAC_OPEN) return m->param.side[side].pressure;
+    return m->p[inside] + (high ? 0.5 : -0.5) * g->h[d] * m->dp[d][face];
+}
+
+double mac_side_pressure(const mac *m, int side)
+{
+    const mac_grid *g = &m->grid;
+    int d = side / 2, a = (d + 1) % 3, b = (d + 2) % 3;
+    double sum = 0;
+    for (int q = 1; q <= g->n[b]; q++)
+        for (int p = 1; p <= g->n[a]; p++)
+            sum += mac_face_pressure(m, side,
+                                     (size_t)(side % 2 ? g->n[d] : 1) * g->stride[d] +
+                                         (size_t)p * g->stride[a] + (size_t)q * g->stride[b]);
+    return sum / ((double)g->n[a] * g->n[b]);
+}
