@@ -33,9 +33,9 @@ typedef struct phase phase;
 typedef struct phase_param {
     const dem_param *dem;
     const cpl_param *coupling;
-    const cpl_mesh *mesh;   /* borrowed for the life of the phase */
-    double rho, mu;         /* fluid: kg/m3, Pa s */
-    const char *ledger;     /* directory of ledger.csv, NULL: none is written (still checked) */
+    const cpl_mesh *mesh; /* borrowed for the life of the phase */
+    double rho, mu;       /* fluid: kg/m3, Pa s */
+    const char *ledger;   /* directory of ledger.csv, NULL: none is written (still checked) */
 } phase_param;
 
 int phase_new(MPI_Comm comm, const phase_param *param, phase **phase);
@@ -79,18 +79,18 @@ const double (*phase_force(const phase *phase))[3];
 typedef struct phase_report {
     dem_report dem;
     cpl_map_report map;
-    double stiffness;      /* largest K dt/(rho eps) of the last step */
+    double stiffness; /* largest K dt/(rho eps) of the last step */
     double ledger_residual;
-    double height;         /* mean bed height: twice the mean height of the particles along -gravity
-                              above the lowest wall or mesh bound, m */
+    double height; /* mean bed height: twice the mean height of the particles along -gravity
+                      above the lowest wall or mesh bound, m */
     double seconds_dem, seconds_map, seconds_drag; /* wall-clock, last step */
 } phase_report;
 
 phase_report phase_last_report(const phase *phase);
 /* The line of the log for a step, design: time, eps, Courant, contacts, overlap, stiffness, ledger,
  * wall time per part, time to completion. seconds_fluid: the solver's own part. */
-int phase_log(const phase *phase, char *line, size_t size, double time, double end_time, double courant,
-              double seconds_fluid, double seconds_elapsed, double start_time);
+int phase_log(const phase *phase, char *line, size_t size, double time, double end_time,
+              double courant, double seconds_fluid, double seconds_elapsed, double start_time);
 
 #ifdef __cplusplus
 }
