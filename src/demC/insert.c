@@ -181,32 +181,50 @@ static dem_status find_number(job *j, double *volume, size_t *n)
     return DEM_OK;
 }
 
+/* All n spheres, or as many of them as `placed` says. */
+static dem_status pack(job *j, size_t n, int64_t *placed, double *overlap)
+{
+    const dem_status status = packing_random(&j->room, .5 * j->ins->diameter, n, j->n_old, j->x_old,
+                                             j->r_old, j->rng, j->x, placed, overlap);
+    if (status == DEM_NO_MEMORY) return no_memory(j);
+    if (status != DEM_OK) return refuse(j, "%zu particles are too many for one rank", n);
+    return DEM_OK;
+}
+
+/* Say how many would have found room. The packing that failed holds as many spheres that are
+ * smaller by the largest overlap; of the right size, about as many fewer as their volume is
+ * larger. That number is tried, so that what is said is what was done. */
+static dem_status refuse_crowd(job *j, double volume, int64_t placed, double overlap)
+{
+    const double share = sphere_volume(j->ins->diameter) / volume;
+    const double shrunk = 1. - overlap;
+    const size_t fewer = (size_t)((double)j->n * shrunk * shrunk * shrunk);
+    int64_t found = 0;
+    if (fewer < j->n && pack(j, fewer, &found, &overlap) == DEM_OK && found > placed)
+        placed = found;
+    return refuse(j,
+                  "%zu particles of diameter %g m (solid fraction %.3f of the region's %g m3) do "
+                  "not fit: %lld could be placed without overlap (%.3f); random packings end near "
+                  ".63 in wide regions, earlier in narrow ones",
+                  j->n, j->ins->diameter, (double)j->n * share, volume, (long long)placed,
+                  (double)placed * share);
+}
+
 static dem_status place_random(job *j)
 {
-    const dem_insertion *ins = j->ins;
-    double volume;
+    double volume, overlap;
     int64_t placed;
     dem_status status = find_room(j);
     if (status == DEM_OK) status = find_number(j, &volume, &j->n);
     if (status != DEM_OK || j->n == 0) return status;
     j->x = malloc(j->n * sizeof *j->x);
     if (j->x == NULL) return no_memory(j);
-    status = packing_random(&j->room, .5 * ins->diameter, j->n, j->n_old, j->x_old, j->r_old,
-                            j->rng, j->x, &placed);
-    if (status == DEM_NO_MEMORY) return no_memory(j);
-    if (status != DEM_OK) return refuse(j, "%zu particles are too many for one rank", j->n);
+    status = pack(j, j->n, &placed, &overlap);
+    if (status != DEM_OK) return status;
     if (placed < 0)
-        return refuse(j, "the region has no room for a particle of diameter %g m", ins->diameter);
-    if (placed < (int64_t)j->n) {
-        const double share = sphere_volume(ins->diameter) / volume;
-        return refuse(j,
-                      "%zu particles of diameter %g m (solid fraction %.3f of the region's %g m3) "
-                      "do not fit: %lld could be placed without overlap (%.3f); random packings "
-                      "end near .63 in wide regions, earlier in narrow ones",
-                      j->n, ins->diameter, (double)j->n * share, volume, (long long)placed,
-                      (double)placed * share);
-    }
-    return DEM_OK;
+        return refuse(j, "the region has no room for a particle of diameter %g m",
+                      j->ins->diameter);
+    return placed < (int64_t)j->n ? refuse_crowd(j, volume, placed, overlap) : DEM_OK;
 }
 
 /* ---- lattice and list ------------------------------------------------------------------------ */

@@ -371,7 +371,7 @@ static int64_t count_clear(packing *p)
     return clear;
 }
 
-static dem_status push_apart(packing *p, double radius, int64_t *placed)
+static dem_status push_apart(packing *p, double radius, int64_t *placed, double *overlap)
 {
     const double reserve = RESERVE * 2. * radius;
     p->origin = malloc(p->n * sizeof *p->origin);
@@ -386,6 +386,7 @@ static dem_status push_apart(packing *p, double radius, int64_t *placed)
         if (status != DEM_OK) return status;
         const sweep_result now = sweep(p);
         moved = now.moved;
+        *overlap = now.largest;
         if (now.largest == 0. && (*placed = count_clear(p)) == (int64_t)p->n) return DEM_OK;
         stalled = now.largest < .95 * best || now.sum < .95 * best_sum ? 0 : stalled + 1;
         if (stalled == 0) {
@@ -401,15 +402,16 @@ static dem_status push_apart(packing *p, double radius, int64_t *placed)
 
 dem_status packing_random(const packing_room *room, double radius, size_t n, size_t n_old,
                           const double (*x_old)[3], const double *r_old, gsl_rng *rng,
-                          double (*x)[3], int64_t *placed)
+                          double (*x)[3], int64_t *placed, double *overlap)
 {
     packing p;
     *placed = 0;
+    *overlap = 0.;
     dem_status status = packing_make(&p, room, radius, n, n_old, x_old, r_old);
     if (status == DEM_OK) {
         const int64_t left = add_sequentially(&p, radius, rng);
         if (left > 0)
-            status = push_apart(&p, radius, placed);
+            status = push_apart(&p, radius, placed, overlap);
         else
             *placed = left < 0 ? -1 : (int64_t)n;
     }

@@ -28,12 +28,13 @@ void packing_separation(const packing_room *room, const double a[3], const doubl
 
 /**
  * Place n spheres of `radius` at random in the room, clear of n_old fixed ones. *placed is n when
- * all found room. Otherwise it is how many of them fit at the end of the search, or -1 when not
- * even a single centre was found; x then means nothing.
+ * all found room. Otherwise x means nothing and *placed is how many are clear of one another at
+ * the end of the search, with *overlap the largest overlap left (of the distance of touching), or
+ * -1 when not even a single centre was found.
  */
 dem_status packing_random(const packing_room *room, double radius, size_t n, size_t n_old,
                           const double (*x_old)[3], const double *r_old, gsl_rng *rng,
-                          double (*x)[3], int64_t *placed);
+                          double (*x)[3], int64_t *placed, double *overlap);
 
 /**
  * The first sphere of the n that overlaps with an earlier one or an old one by more than
