@@ -197,7 +197,8 @@ double *dem_column(dem_sim *sim, int handle);
 /**
  * Set the outside force F = f + k (w - v) - M dv/dt for the coming dem_advance, in the order of
  * the current view. f, w: [n][3] (N, m/s); k: [n] (kg/s, >= 0); M: [n] (kg, >= 0) or NULL.
- * Copied. v is taken anew in every sub-step, implicitly. Stays in force until set again.
+ * Copied. v is taken anew in every sub-step, implicitly. Stays in force until set again; f, k and
+ * w all NULL: no outside force any more.
  */
 dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const double *k,
                                  const double (*w)[3], const double *M);
@@ -206,7 +207,9 @@ dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const doubl
 
 /* The limits on the DEM time step, s (infinite where one does not apply). */
 typedef struct dem_limits {
-    double contact;  /* linear: 2 pi sqrt(m/k) / Omega; Hertz: 2 contact times / Omega */
+    double contact;  /* linear: 2 pi sqrt(m/k) / Omega; Hertz: 2 contact times / Omega at the speed
+                        max(2 * fastest, sqrt(|g| d), impact_speed), or the Rayleigh limit if
+                        that is zero */
     double rayleigh; /* .2 of the Rayleigh time, DEM_HERTZ only; reported, not imposed */
     double user;     /* param.time_step */
     double step;     /* the step the next dem_advance will not exceed */

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * check.c - checks of parameters and of the state of particles, with messages for people.
+ *
+ * Every message names the value found and the values accepted.
+ */
+#include "check.h"
+
+#include <math.h>
+
+static const char axis[] = "xyz";
+
+static dem_status check_domain(dem_sim *sim, const dem_param *param)
+{
+    for (int a = 0; a < 3; a++) {
+        if (!isfinite(param->lo[a]) || !isfinite(param->hi[a]) || !(param->lo[a] < param->hi[a]))
+            return fail(sim, DEM_BAD_ARGUMENT,
+                        "domain: lo %g must be below hi %g in direction %c, both finite",
+                        param->lo[a], param->hi[a], axis[a]);
+        if (!isfinite(param->gravity[a]))
+            return fail(sim, DEM_BAD_ARGUMENT, "gravity: component %c is %g, must be finite",
+                        axis[a], param->gravity[a]);
+    }
+    if (param->law != DEM_LINEAR && param->law != DEM_HERTZ)
+        return fail(sim, DEM_BAD_ARGUMENT, "contact law %d is none of linear (%d), hertz (%d)",
+                    (int)param->law, DEM_LINEAR, DEM_HERTZ);
+    return DEM_OK;
+}
+
+static dem_status check_numbers(dem_sim *sim, const dem_param *param)
+{
+    if (!(param->steps_per_period > M_PI) || !isfinite(param->steps_per_period))
+        return fail(sim, DEM_BAD_ARGUMENT,
+                    "steps per period %g must be above pi, the limit of stability; 20 is usual",
+                    param->steps_per_period);
+    if (!(param->time_step >= 0) || !isfinite(param->time_step))
+        return fail(sim, DEM_BAD_ARGUMENT, "time step %g s must be >= 0 (0: automatic)",
+                    param->time_step);
+    if (!(param->impact_speed >= 0) || !isfinite(param->impact_speed))
+        return fail(sim, DEM_BAD_ARGUMENT, "impact speed %g m/s must be >= 0", param->impact_speed);
+    if (!(param->skin > 0) || !isfinite(param->skin))
+        return fail(sim, DEM_BAD_ARGUMENT,
+                    "skin %g must be > 0 (fraction of the largest diameter; .15 is usual)",
+                    param->skin);
+    return DEM_OK;
+}
+
+static dem_status check_material(dem_sim *sim, const dem_param *param, const dem_material *m)
+{
+    if (!(m->density > 0) || !isfinite(m->density))
+        return fail(sim, DEM_BAD_ARGUMENT, "material %s: density %g kg/m3 must be > 0", m->name,
+                    m->density);
+    if (param->law != DEM_HERTZ) return DEM_OK;
+    if (!(m->youngs_modulus > 0) || !isfinite(m->youngs_modulus))
+        return fail(sim, DEM_BAD_ARGUMENT, "material %s: Young's modulus %g Pa must be > 0",
+                    m->name, m->youngs_modulus);
+    if (!(m->poisson_ratio > -1) || !(m->poisson_ratio <= .5))
+        return fail(sim, DEM_BAD_ARGUMENT, "material %s: Poisson's ratio %g must be in (-1, .5]",
+                    m->name, m->poisson_ratio);
+    return DEM_OK;
+}
+
+static dem_status check_pair(dem_sim *sim, const dem_param *param, size_t a, size_t b)
+{
+    const dem_pair *pair = &param->pair[a * param->n_material + b];
+    const dem_pair *other = &param->pair[b * param->n_material + a];
+    const char *na = param->material[a].name, *nb = param->material[b].name;
+    if (!(pair->restitution > 0) || !(pair->restitution <= 1))
+        return fail(sim, DEM_BAD_ARGUMENT, "contact %s-%s: restitution %g must be in (0, 1]", na,
+                    nb, pair->restitution);
+    if (!(pair->friction >= 0) || !isfinite(pair->friction))
+        return fail(sim, DEM_BAD_ARGUMENT, "contact %s-%s: friction %g must be >= 0", na, nb,
+                    pair->friction);
+    if (param->law == DEM_LINEAR) {
+        if (!(pair->stiffness > 0) || !isfinite(pair->stiffness))
+            return fail(sim, DEM_BAD_ARGUMENT, "contact %s-%s: stiffness %g N/m must be > 0", na,
+                        nb, pair->stiffness);
+        if (!(pair->stiffness_ratio > 0) || !isfinite(pair->stiffness_ratio))
+            return fail(sim, DEM_BAD_ARGUMENT, "contact %s-%s: stiffness ratio %g must be > 0", na,
+                        nb, pair->stiffness_ratio);
+    }
+    if (pair->restitution != other->restitution || pair->friction != other->friction ||
+        pair->stiffness != other->stiffness || pair->stiffness_ratio != other->stiffness_ratio)
+        return fail(sim, DEM_BAD_ARGUMENT, "contact %s-%s differs from contact %s-%s", na, nb, nb,
+                    na);
+    return DEM_OK;
+}
+
+static dem_status check_parts(dem_sim *sim, const dem_param *param)
+{
+    for (size_t w = 0; w < param->n_wall; w++) {
+        const dem_wall *wall = &param->wall[w];
+        if (!wall->shape) return fail(sim, DEM_BAD_ARGUMENT, "wall %s has no shape", wall->name);
+        if (wall->material < 0 || (size_t)wall->material >= param->n_material)
+            return fail(sim, DEM_BAD_ARGUMENT, "wall %s: material %d is none of the %zu",
+                        wall->name, wall->material, param->n_material);
+    }
+    for (size_t k = 0; k < param->n_insertion; k++) {
+        const dem_insertion *ins = &param->insertion[k];
+        if (ins->material < 0 || (size_t)ins->material >= param->n_material)
+            return fail(sim, DEM_BAD_ARGUMENT, "insertion %s: material %d is none of the %zu",
+                        ins->name, ins->material, param->n_material);
+        if (!(ins->diameter > 0) || !isfinite(ins->diameter))
+            return fail(sim, DEM_BAD_ARGUMENT, "insertion %s: diameter %g m must be > 0", ins->name,
+                        ins->diameter);
+    }
+    return DEM_OK;
+}
+
+dem_status check_param(dem_sim *sim, const dem_param *param)
+{
+    dem_status status = check_domain(sim, param);
+    if (!status) status = check_numbers(sim, param);
+    if (status) return status;
+    if (param->n_material && (!param->material || !param->pair))
+        return fail(sim, DEM_BAD_ARGUMENT, "materials or their contacts are missing");
+    for (size_t a = 0; a < param->n_material && !status; a++)
+        status = check_material(sim, param, &param->material[a]);
+    for (size_t a = 0; a < param->n_material && !status; a++)
+        for (size_t b = 0; b < param->n_material && !status; b++)
+            status = check_pair(sim, param, a, b);
+    return status ? status : check_parts(sim, param);
+}
+
+static int finite3(const double x[3])
+{
+    return isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]);
+}
+
+dem_status check_particle(dem_sim *sim, size_t k, const double x[3], const double v[3],
+                          const double omega[3], double radius, int material)
+{
+    if (!finite3(x) || (v && !finite3(v)) || (omega && !finite3(omega)))
+        return fail(sim, DEM_NAN,
+                    "particle %zu to be added: position (%g %g %g) or velocity is "
+                    "not finite",
+                    k, x[0], x[1], x[2]);
+    if (!(radius > 0) || !isfinite(radius))
+        return fail(sim, DEM_BAD_ARGUMENT, "particle %zu to be added: radius %g m must be > 0", k,
+                    radius);
+    if (material < 0 || material >= sim->n_material)
+        return fail(sim, DEM_BAD_ARGUMENT,
+                    "particle %zu to be added: material %d is none of the "
+                    "%d",
+                    k, material, sim->n_material);
+    for (int a = 0; a < 3; a++)
+        if (x[a] < sim->lo[a] || x[a] > sim->hi[a])
+            return fail(sim, DEM_LOST,
+                        "particle %zu to be added at (%g %g %g) lies outside the domain: %c from "
+                        "%g to %g",
+                        k, x[0], x[1], x[2], axis[a], sim->lo[a], sim->hi[a]);
+    return DEM_OK;
+}
+
+static dem_status tell(dem_sim *sim, dem_status status, size_t i, const char *what)
+{
+    const particles *p = &sim->particles;
+    const double *x = p->pos[i], *v = p->vel[i], *f = p->last[i];
+    return fail(sim, status,
+                "particle %lld %s at time %g: position (%g %g %g), velocity (%g %g %g), last "
+                "force (%g %g %g) N",
+                (long long)p->id[i], what, sim->time, x[0], x[1], x[2], v[0], v[1], v[2], f[0],
+                f[1], f[2]);
+}
+
+dem_status check_finite(dem_sim *sim)
+{
+    const particles *p = &sim->particles;
+    for (size_t i = 0; i < p->n; i++)
+        if (!finite3(p->pos[i]) || !finite3(p->vel[i]) || !finite3(p->vel[i] + 4))
+            return tell(sim, DEM_NAN, i, "has a state that is not finite");
+    return DEM_OK;
+}
+
+dem_status check_inside(dem_sim *sim)
+{
+    const particles *p = &sim->particles;
+    for (size_t i = 0; i < p->n; i++)
+        for (int a = 0; a < 3; a++)
+            if (!sim->periodic[a] && (p->pos[i][a] < sim->lo[a] || p->pos[i][a] > sim->hi[a]))
+                return tell(sim, DEM_LOST, i, "has left the domain");
+    return DEM_OK;
+}
+
+dem_status check_range(dem_sim *sim, double largest_radius)
+{
+    double range = 2 * largest_radius * (1 + sim->skin);
+    for (int a = 0; a < 3; a++)
+        if (sim->periodic[a] && sim->hi[a] - sim->lo[a] < 2 * range)
+            return fail(sim, DEM_BAD_ARGUMENT,
+                        "periodic domain: length %g m in direction %c must be at least %g m, "
+                        "twice the largest diameter plus skin",
+                        sim->hi[a] - sim->lo[a], axis[a], 2 * range);
+    return DEM_OK;
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * check.h - checks of parameters and of the state of particles, with messages for people.
+ */
+#ifndef DEM_CHECK_H
+#define DEM_CHECK_H
+
+#include "dem_internal.h"
+
+dem_status check_param(dem_sim *sim, const dem_param *param);
+/* A particle to be added; `k` is its place in the caller's arrays. */
+dem_status check_particle(dem_sim *sim, size_t k, const double x[3], const double v[3],
+                          const double omega[3], double radius, int material);
+/* Some particle's state is not finite. */
+dem_status check_finite(dem_sim *sim);
+/* No particle has left the domain through a side that is not periodic. */
+dem_status check_inside(dem_sim *sim);
+/* Periodic sides are at least two ranges apart. */
+dem_status check_range(dem_sim *sim, double largest_radius);
+
+#endif

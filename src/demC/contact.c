@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * contact.c - history of touching pairs, carried over rebuilds and sorting.
+ *
+ * Matching goes through the permutation of the sort: the pair (i, j) becomes (place[i], place[j]);
+ * its row is a handful of entries long and is searched from the front. Where the order within a
+ * pair swaps, the spring, a force on the first of the two, changes sign.
+ */
+#include "contact.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void contacts_free(contacts *c)
+{
+    free(c->spring);
+    free(c->touch);
+    free(c->saved);
+    memset(c, 0, sizeof *c);
+}
+
+dem_status contacts_save(contacts *c, const neighbour *list, size_t n)
+{
+    c->n_saved = 0;
+    if (!list->row || !c->touch) return DEM_OK;
+    size_t touching = 0;
+    for (size_t k = 0; k < list->row[n]; k++) touching += c->touch[k];
+    if (touching > c->saved_capacity) {
+        size_t room = touching + touching / 2;
+        saved_contact *grown = realloc(c->saved, room * sizeof *grown);
+        if (!grown) return DEM_NO_MEMORY;
+        c->saved = grown;
+        c->saved_capacity = room;
+    }
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = list->row[i]; k < list->row[i + 1]; k++) {
+            if (!c->touch[k]) continue;
+            saved_contact *s = &c->saved[c->n_saved++];
+            memcpy(s->spring, c->spring[k], sizeof s->spring);
+            s->i = (uint32_t)i;
+            s->j = list->entry[k] & NEIGHBOUR_MASK;
+        }
+    return DEM_OK;
+}
+
+static dem_status reserve(contacts *c, size_t entries)
+{
+    if (entries <= c->capacity) return DEM_OK;
+    size_t room = entries + entries / 4;
+    void *spring = NULL;
+    free(c->spring);
+    free(c->touch);
+    c->spring = NULL;
+    c->capacity = 0;
+    c->touch = malloc(room);
+    if (!c->touch || posix_memalign(&spring, 64, room * sizeof *c->spring)) return DEM_NO_MEMORY;
+    c->spring = spring;
+    c->capacity = room;
+    return DEM_OK;
+}
+
+dem_status contacts_restore(contacts *c, const neighbour *list, size_t n)
+{
+    size_t entries = list->row[n];
+    dem_status status = reserve(c, entries);
+    if (status) return status;
+    if (entries) {
+        /* Springs without the flag are never read as such, but are multiplied by it. */
+        memset(c->touch, 0, entries);
+        memset(c->spring, 0, entries * sizeof *c->spring);
+    }
+    for (size_t s = 0; s < c->n_saved; s++) {
+        const saved_contact *old = &c->saved[s];
+        uint32_t i = list->place[old->i], j = list->place[old->j];
+        double sign = 1;
+        if (i > j) {
+            uint32_t swap = i;
+            i = j;
+            j = swap;
+            sign = -1;
+        }
+        size_t k = list->row[i];
+        while (k < list->row[i + 1] && (list->entry[k] & NEIGHBOUR_MASK) != j) k++;
+        if (k == list->row[i + 1]) continue;
+        for (int a = 0; a < 3; a++) c->spring[k][a] = sign * old->spring[a];
+        c->spring[k][3] = old->spring[3];
+        c->touch[k] = 1;
+    }
+    return DEM_OK;
+}

@@ -1,0 +1,459 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * dem.c - life cycle of a simulation and the time step.
+ *
+ * One step, in dem_advance:
+ *
+ *     neighbour list   only when some particle has moved by half the skin: wrap, check that none
+ *                      is lost, sort by (cell, id), list, history of contacts carried over
+ *     forces           pairs, then walls, at x and v of the step's beginning
+ *     motion           symplectic Euler; impulse of the outside force
+ *
+ * Everything is allocated when particles are added or the list is rebuilt; a step allocates
+ * nothing.
+ */
+#include "check.h"
+#include "dem_internal.h"
+#include "force.h"
+#include "insert.h"
+#include "integrate.h"
+#include "time_step.h"
+#include "report.h"
+#include "snapshot.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+dem_status fail(dem_sim *sim, dem_status status, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    vsnprintf(sim->message, sizeof sim->message, format, list);
+    va_end(list);
+    return status;
+}
+
+static dem_status no_memory(dem_sim *sim)
+{
+    return fail(sim, DEM_NO_MEMORY, "out of memory with %zu particles", sim->particles.n);
+}
+
+/* ---- life cycle ------------------------------------------------------------------------------ */
+
+dem_param dem_param_default(void)
+{
+    dem_param p;
+    memset(&p, 0, sizeof p);
+    p.law = DEM_LINEAR;
+    p.steps_per_period = 20; /* thesis, section 2.1.1(3) */
+    p.skin = .15;
+    return p;
+}
+
+/* Materials and the table of their coefficients. */
+static dem_status copy_materials(dem_sim *sim, const dem_param *param)
+{
+    size_t n = param->n_material, pairs = n * n;
+    sim->n_material = (int)n;
+    sim->material = malloc((n + 1) * sizeof *sim->material);
+    sim->pair = malloc((pairs + 1) * sizeof *sim->pair);
+    sim->table = malloc((pairs + 1) * sizeof *sim->table);
+    sim->smallest_mass = malloc((n + 1) * sizeof *sim->smallest_mass);
+    sim->smallest_radius = malloc((n + 1) * sizeof *sim->smallest_radius);
+    if (!sim->material || !sim->pair || !sim->table || !sim->smallest_mass || !sim->smallest_radius)
+        return no_memory(sim);
+    if (n) memcpy(sim->material, param->material, n * sizeof *sim->material);
+    if (n) memcpy(sim->pair, param->pair, pairs * sizeof *sim->pair);
+    for (size_t a = 0; a < n; a++) {
+        sim->smallest_mass[a] = sim->smallest_radius[a] = INFINITY;
+        for (size_t b = 0; b < n; b++)
+            sim->table[a * n + b] = coefficient_of_pair(
+                param->law, &param->material[a], &param->material[b], &param->pair[a * n + b]);
+    }
+    return DEM_OK;
+}
+
+static dem_status copy_param(dem_sim *sim, const dem_param *param)
+{
+    memcpy(sim->lo, param->lo, sizeof sim->lo);
+    memcpy(sim->hi, param->hi, sizeof sim->hi);
+    memcpy(sim->periodic, param->periodic, sizeof sim->periodic);
+    memcpy(sim->gravity, param->gravity, sizeof sim->gravity);
+    sim->law = param->law;
+    sim->steps_per_period = param->steps_per_period;
+    sim->time_step = param->time_step;
+    sim->impact_speed = param->impact_speed;
+    sim->skin = param->skin;
+    neighbour_init(&sim->list, sim->lo, sim->hi, sim->periodic);
+    dem_status status = copy_materials(sim, param);
+    if (status) return status;
+    sim->wall_force = calloc(param->n_wall + 1, sizeof *sim->wall_force);
+    if (!sim->wall_force || walls_init(&sim->walls, param->n_wall, param->wall) ||
+        particles_init(&sim->particles))
+        return no_memory(sim);
+    return DEM_OK;
+}
+
+/* Particles of one insertion, alike but for position and velocity. */
+static dem_status add_alike(dem_sim *sim, const dem_insertion *ins, size_t n, const double (*x)[3],
+                            const double (*v)[3])
+{
+    double(*omega)[3] = malloc((n + 1) * sizeof *omega);
+    double *radius = malloc((n + 1) * sizeof *radius);
+    int *material = malloc((n + 1) * sizeof *material);
+    dem_status status = DEM_NO_MEMORY;
+    if (omega && radius && material) {
+        for (size_t i = 0; i < n; i++) {
+            memcpy(omega[i], ins->angular_velocity, sizeof omega[i]);
+            radius[i] = .5 * ins->diameter;
+            material[i] = ins->material;
+        }
+        status = dem_add(sim, n, x, v, (const double(*)[3])omega, radius, material, NULL);
+    } else
+        no_memory(sim);
+    free(omega);
+    free(radius);
+    free(material);
+    return status;
+}
+
+static dem_status run_insertion(dem_sim *sim, const dem_insertion *ins)
+{
+    double(*x)[3] = NULL, (*v)[3] = NULL;
+    size_t n = 0;
+    dem_view view = dem_particles(sim);
+    dem_status status =
+        insert_positions(ins, sim->lo, sim->hi, sim->periodic, view.n, view.x, view.radius, &x, &v,
+                         &n, sim->message, sizeof sim->message);
+    if (!status && n) status = add_alike(sim, ins, n, (const double(*)[3])x, (const double(*)[3])v);
+    free(x);
+    free(v);
+    return status;
+}
+
+dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
+{
+    dem_sim *sim = *out = calloc(1, sizeof *sim);
+    if (!sim) return DEM_NO_MEMORY;
+    sim->comm = MPI_COMM_NULL;
+    int ranks;
+    MPI_Comm_size(comm, &ranks);
+    if (ranks > 1)
+        return fail(sim, DEM_BAD_ARGUMENT,
+                    "the communicator has %d ranks; this version computes particles on one", ranks);
+    MPI_Comm_dup(comm, &sim->comm);
+    dem_status status = check_param(sim, param);
+    if (!status) status = copy_param(sim, param);
+    for (size_t k = 0; k < param->n_insertion && !status; k++)
+        status = run_insertion(sim, &param->insertion[k]);
+    if (status) return status;
+    /* Regions have done their duty. */
+    for (size_t k = 0; k < param->n_insertion; k++)
+        if (param->insertion[k].region) dem_sdf_free(param->insertion[k].region);
+    sim->owns_shapes = 1;
+    return DEM_OK;
+}
+
+void dem_free(dem_sim *sim)
+{
+    if (!sim) return;
+    particles_free(&sim->particles);
+    neighbour_free(&sim->list);
+    contacts_free(&sim->contacts);
+    walls_free(&sim->walls, sim->owns_shapes);
+    free(sim->material);
+    free(sim->pair);
+    free(sim->table);
+    free(sim->smallest_mass);
+    free(sim->smallest_radius);
+    free(sim->wall_force);
+    if (sim->comm != MPI_COMM_NULL) MPI_Comm_free(&sim->comm);
+    free(sim);
+}
+
+const char *dem_message(const dem_sim *sim)
+{
+    return sim ? sim->message : "out of memory";
+}
+
+/* ---- particles ------------------------------------------------------------------------------- */
+
+dem_view dem_particles(const dem_sim *sim)
+{
+    const particles *p = &sim->particles;
+    return (dem_view){p->revision,
+                      p->n,
+                      p->id,
+                      (const double(*)[3])p->x,
+                      (const double(*)[3])p->v,
+                      (const double(*)[3])p->omega,
+                      p->radius,
+                      p->mass,
+                      p->material,
+                      (const double(*)[3])p->last,
+                      (const double(*)[3])p->impulse};
+}
+
+static int by_id(const void *a, const void *b)
+{
+    int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Ids, the present ones and the new, must differ. */
+static dem_status check_ids(dem_sim *sim, size_t n, const int64_t *id)
+{
+    const particles *p = &sim->particles;
+    int64_t *all = malloc((p->n + n + 1) * sizeof *all), twice = 0;
+    if (!all) return no_memory(sim);
+    if (p->n) memcpy(all, p->id, p->n * sizeof *all);
+    memcpy(all + p->n, id, n * sizeof *all);
+    qsort(all, p->n + n, sizeof *all, by_id);
+    size_t k = 1;
+    while (k < p->n + n && all[k] != all[k - 1]) k++;
+    int unique = k >= p->n + n;
+    if (!unique) twice = all[k];
+    free(all);
+    return unique
+               ? DEM_OK
+               : fail(sim, DEM_BAD_ARGUMENT, "particle id %lld is given twice", (long long)twice);
+}
+
+/* Smallest and largest particles, and whether all are alike. */
+static void take_stock(dem_sim *sim)
+{
+    const particles *p = &sim->particles;
+    sim->largest_radius = sim->speed = 0;
+    sim->uniform = 1;
+    for (int a = 0; a < sim->n_material; a++)
+        sim->smallest_mass[a] = sim->smallest_radius[a] = INFINITY;
+    for (size_t i = 0; i < p->n; i++) {
+        int m = p->material[i];
+        double r = p->radius[i];
+        const double *v = p->vel[i];
+        sim->largest_radius = fmax(sim->largest_radius, r);
+        sim->smallest_radius[m] = fmin(sim->smallest_radius[m], r);
+        sim->smallest_mass[m] = fmin(sim->smallest_mass[m], p->mass[i]);
+        sim->uniform &= m == p->material[0] && r == p->radius[0] && p->mass[i] == p->mass[0];
+        sim->speed = fmax(sim->speed, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+    }
+}
+
+dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],
+                   const double (*omega)[3], const double *radius, const int *material,
+                   const int64_t *id)
+{
+    particles *p = &sim->particles;
+    if (!n) return DEM_OK;
+    double largest = sim->largest_radius;
+    for (size_t i = 0; i < n; i++) {
+        dem_status status = check_particle(sim, i, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL,
+                                           radius[i], material[i]);
+        if (status) return status;
+        largest = fmax(largest, radius[i]);
+    }
+    if (p->n + n > NEIGHBOUR_MASK)
+        return fail(sim, DEM_BAD_ARGUMENT, "%zu particles on one rank, at most %u", p->n + n,
+                    (unsigned)NEIGHBOUR_MASK);
+    dem_status status = check_range(sim, largest);
+    if (!status && id) status = check_ids(sim, n, id);
+    if (status) return status;
+    if (particles_reserve(p, p->n + n)) return no_memory(sim);
+    /* Histories refer to places in the list as it is. */
+    if (sim->list.valid && contacts_save(&sim->contacts, &sim->list, p->n)) return no_memory(sim);
+    for (size_t i = 0; i < n; i++) {
+        double r = radius[i], density = sim->material[material[i]].density;
+        particles_append(p, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL, r,
+                         4. / 3 * M_PI * r * r * r * density, material[i], id ? id[i] : p->next_id);
+    }
+    sim->list.valid = 0;
+    take_stock(sim);
+    particles_publish(p, sim->lo, sim->hi, sim->periodic);
+    return DEM_OK;
+}
+
+int dem_attach(dem_sim *sim, const char *name, int width)
+{
+    return width > 0 ? particles_attach(&sim->particles, name, width) : -1;
+}
+
+double *dem_column(dem_sim *sim, int handle)
+{
+    return particles_column(&sim->particles, handle);
+}
+
+dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const double *k,
+                                 const double (*w)[3], const double *M)
+{
+    particles *p = &sim->particles;
+    sim->outside = f && k && w;
+    for (size_t i = 0; i < p->n && sim->outside; i++) {
+        double *o = p->outside[i];
+        for (int a = 0; a < 3; a++) {
+            o[a] = f[i][a];
+            o[4 + a] = w[i][a];
+        }
+        o[3] = k[i];
+        o[7] = M ? M[i] : 0;
+        double sum = 0;
+        for (int a = 0; a < 8; a++) sum += o[a] * 0;
+        if (sum != 0 || o[3] < 0 || o[7] < 0)
+            return fail(sim, sum != 0 ? DEM_NAN : DEM_BAD_ARGUMENT,
+                        "outside force on particle %lld: f (%g %g %g) and w (%g %g %g) must be "
+                        "finite, k %g and M %g also >= 0",
+                        (long long)p->id[i], o[0], o[1], o[2], o[4], o[5], o[6], o[3], o[7]);
+    }
+    return DEM_OK;
+}
+
+/* ---- time ------------------------------------------------------------------------------------ */
+
+dem_limits dem_time_limits(const dem_sim *sim)
+{
+    return time_limits(sim);
+}
+
+static dem_status rebuild(dem_sim *sim)
+{
+    particles *p = &sim->particles;
+    neighbour *list = &sim->list;
+    dem_status status = check_inside(sim);
+    if (status) return status;
+    /* After dem_add the histories are saved already, and the list no longer fits. */
+    if (list->valid && contacts_save(&sim->contacts, list, p->n)) return no_memory(sim);
+    list->skin = sim->skin * 2 * sim->largest_radius;
+    if (neighbour_sort(list, p, 2 * sim->largest_radius + list->skin) || neighbour_fill(list, p) ||
+        contacts_restore(&sim->contacts, list, p->n) ||
+        walls_list(&sim->walls, p, .5 * list->skin, list->place))
+        return no_memory(sim);
+    sim->report.rebuilds++;
+    return DEM_OK;
+}
+
+static void sum_forces(dem_sim *sim, double dt, int last)
+{
+    particles *p = &sim->particles;
+    dem_report *r = &sim->report;
+    pair_forces pairs = {.law = sim->law,
+                         .table = sim->table,
+                         .n_material = sim->n_material,
+                         .uniform = sim->uniform,
+                         .mass = p->mass[0],
+                         .radius = p->radius[0],
+                         .only = sim->table[p->material[0] * (sim->n_material + 1)],
+                         .dt = dt,
+                         .survey = last};
+    sum_pair_forces(&pairs, p, &sim->list, &sim->contacts);
+    wall_forces walls = {
+        .law = sim->law, .table = sim->table, .n_material = sim->n_material, .dt = dt};
+    sum_wall_forces(&walls, &sim->walls, p);
+    for (int a = 0; a < 3; a++) r->wall_impulse[a] += dt * walls.on_particles[a];
+    r->contacts = (int64_t)pairs.contacts;
+    r->wall_contacts = (int64_t)walls.contacts;
+    r->overlap = fmax(pairs.overlap, walls.overlap);
+}
+
+/* One step of the length dt. */
+static dem_status step(dem_sim *sim, double dt, int last)
+{
+    particles *p = &sim->particles;
+    dem_report *r = &sim->report;
+    double begin = MPI_Wtime();
+    if (!neighbour_holds(&sim->list, p, sim->speed * r->step)) {
+        dem_status status = rebuild(sim);
+        if (status) return status;
+    }
+    double listed = MPI_Wtime();
+    sum_forces(sim, dt, last);
+    double summed = MPI_Wtime();
+    motion m = {.dt = dt, .outside = sim->outside};
+    memcpy(m.gravity, sim->gravity, sizeof m.gravity);
+    integrate(&m, p);
+    sim->speed = m.speed;
+    sim->time += dt;
+    r->step = dt;
+    r->seconds_neighbour += listed - begin;
+    r->seconds_force += summed - listed;
+    r->seconds_other += MPI_Wtime() - summed;
+    return m.finite ? DEM_OK : check_finite(sim);
+}
+
+static void clear_sums(dem_sim *sim)
+{
+    particles *p = &sim->particles;
+    dem_report *r = &sim->report;
+    memset(r->wall_impulse, 0, sizeof r->wall_impulse);
+    r->seconds_force = r->seconds_neighbour = r->seconds_other = 0;
+    if (p->n) memset(p->gain, 0, p->n * sizeof *p->gain);
+    for (size_t w = 0; w < sim->walls.n; w++) memset(sim->walls.force[w], 0, 3 * sizeof(double));
+}
+
+dem_status dem_advance(dem_sim *sim, double dt, int substeps)
+{
+    if (!(dt > 0) || !isfinite(dt))
+        return fail(sim, DEM_BAD_ARGUMENT, "time step %g s must be > 0", dt);
+    if (substeps < 0) return fail(sim, DEM_BAD_ARGUMENT, "%d sub-steps", substeps);
+    if (!substeps) {
+        /* A ratio that is whole but for rounding must not cost a step more. */
+        double least = ceil(dt / time_limits(sim).step * (1 - 1e-12));
+        if (least > 2147483647.)
+            return fail(sim, DEM_BAD_ARGUMENT, "time step %g s needs %g sub-steps", dt, least);
+        substeps = least > 1 ? (int)least : 1;
+    }
+    clear_sums(sim);
+    dem_status status = DEM_OK;
+    double end = sim->time + dt;
+    for (int s = 0; s < substeps && sim->particles.n && !status; s++)
+        status = step(sim, dt / substeps, s == substeps - 1);
+    if (!status) sim->time = end;
+    double begin = MPI_Wtime();
+    sim->report.substeps = substeps;
+    for (size_t w = 0; w < sim->walls.n; w++)
+        for (int a = 0; a < 3; a++) sim->wall_force[w][a] = sim->walls.force[w][a] / substeps;
+    particles_publish(&sim->particles, sim->lo, sim->hi, sim->periodic);
+    report_sums(sim, dt);
+    sim->report.seconds_other += MPI_Wtime() - begin;
+    return status;
+}
+
+double dem_time(const dem_sim *sim)
+{
+    return sim->time;
+}
+
+void dem_set_time(dem_sim *sim, double time)
+{
+    sim->time = time;
+}
+
+/* ---- what happened --------------------------------------------------------------------------- */
+
+dem_report dem_last_report(const dem_sim *sim)
+{
+    return sim->report;
+}
+
+size_t dem_walls(const dem_sim *sim)
+{
+    return sim->walls.n;
+}
+
+const char *dem_wall_name(const dem_sim *sim, size_t wall)
+{
+    return wall < sim->walls.n ? sim->walls.wall[wall].name : "";
+}
+
+void dem_wall_force(const dem_sim *sim, size_t wall, double force[3])
+{
+    for (int a = 0; a < 3; a++) force[a] = wall < sim->walls.n ? sim->wall_force[wall][a] : 0;
+}
+
+dem_status dem_write_snapshot(dem_sim *sim, const char *directory, const char *name)
+{
+    dem_view view = dem_particles(sim);
+    return snapshot_write(sim->comm, &view, sim->material, sim->time, directory, name, sim->message,
+                          sizeof sim->message);
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * dem_internal.h - what a simulation consists of; for the engine's own files.
+ */
+#ifndef DEM_INTERNAL_H
+#define DEM_INTERNAL_H
+
+#include "contact.h"
+#include "integrate.h"
+#include "material.h"
+#include "neighbour.h"
+#include "particles.h"
+#include "wall.h"
+
+struct dem_sim {
+    MPI_Comm comm;
+    char message[512];
+
+    /* copied from dem_param */
+    double lo[3], hi[3];
+    int periodic[3];
+    double gravity[3];
+    dem_law law;
+    int n_material;
+    dem_material *material;
+    dem_pair *pair;     /* [n_material * n_material] */
+    coefficient *table; /* likewise */
+    double steps_per_period, time_step, impact_speed, skin;
+
+    particles particles;
+    neighbour list;
+    contacts contacts;
+    walls walls;
+    int owns_shapes; /* set when dem_new has succeeded */
+
+    double largest_radius;
+    double *smallest_mass, *smallest_radius; /* [n_material], infinite without particles */
+    int uniform;                             /* one material, radius and mass */
+    double speed;                            /* no particle is faster, m/s */
+
+    int outside; /* an outside force is set */
+    double time;
+    dem_report report;
+    double (*wall_force)[3]; /* [walls.n], mean over the last dem_advance, N */
+};
+
+/* Sets the message, printf style; returns `status`. */
+dem_status fail(dem_sim *sim, dem_status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+#endif

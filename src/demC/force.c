@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * force.c - the loop over pairs: list -> touching pairs -> law -> forces and torques.
+ *
+ * Works in blocks that stay in the first-level cache:
+ *
+ *   detect  entries of the list -> dense block of touching pairs, without branches
+ *   gather  velocities and springs of the block into rows
+ *   law     one vectorised loop over the block
+ *   scatter forces and torques to both partners, springs to their slots
+ *
+ * The order of the sums is that of the list, thus of (cell, id): see neighbour.h. The contact point
+ * lies in the middle of the overlap, at l_i = r_i - d/2 from x_i, the same for both partners, and
+ * what one gets the other loses: momentum and angular momentum are kept to rounding. The velocity
+ * of the surfaces there is
+ *
+ *     v_r = v_i - v_j - (l_i w_i + l_j w_j) x n,   2 (l_i w_i + l_j w_j) =
+ *           |x_i - x_j| (w_i + w_j) + (r_i - r_j)(w_i - w_j)
+ *
+ * The loop is compiled once for every law, with and without periodic sides, for equal and for
+ * different particles, and for three generations of vector instructions; the choice is made once
+ * in a call. All have the same source.
+ */
+#include "force.h"
+
+#include <string.h>
+
+#define BLOCK 128
+
+typedef struct block {
+    int n;
+    uint32_t i[BLOCK + 1], j[BLOCK + 1], k[BLOCK + 1];
+    double dx[BLOCK + 1], dy[BLOCK + 1], dz[BLOCK + 1], d2[BLOCK + 1];
+    double reach[BLOCK + 1];  /* r_i + r_j */
+    double uneven[BLOCK + 1]; /* r_i - r_j */
+    double overlap[BLOCK];
+    double mass[BLOCK], radius[BLOCK];      /* effective; unless uniform */
+    _Alignas(64) double velocity[BLOCK][4]; /* v_i - v_j */
+    _Alignas(64) double spin[BLOCK][4];     /* w_i + w_j */
+    _Alignas(64) double twist[BLOCK][4];    /* (r_i - r_j)(w_i - w_j); unless uniform */
+    _Alignas(64) double spring[BLOCK][4];
+    _Alignas(64) double force[BLOCK][4];
+    _Alignas(64) double torque[BLOCK][4]; /* on i */
+    double lever[BLOCK];                  /* l_j / l_i; unless uniform */
+    coefficient q[BLOCK];                 /* unless uniform */
+} block;
+
+/* The pointers of the loop, so that no store makes the compiler read one again. */
+typedef struct arrays {
+    const double (*restrict pos)[4];
+    const double (*restrict vel)[8];
+    double (*restrict force)[8];
+    const int *restrict material;
+    const size_t *restrict row;
+    const uint32_t *restrict entry;
+    const double (*restrict shift)[4];
+    double (*restrict spring)[4];
+    uint8_t *restrict touch;
+} arrays;
+
+/* Entries begin..end-1 of row i: those that touch are appended to the block. */
+DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t end, int periodic)
+{
+    const double *xi = a->pos[i];
+    double x = xi[0], y = xi[1], z = xi[2], r = xi[3];
+    int n = b->n;
+    for (size_t k = begin; k < end; k++) {
+        uint32_t entry = a->entry[k], j = periodic ? entry & NEIGHBOUR_MASK : entry;
+        const double *xj = a->pos[j];
+        double dx = x - xj[0], dy = y - xj[1], dz = z - xj[2];
+        if (periodic) {
+            const double *shift = a->shift[entry >> NEIGHBOUR_BITS];
+            dx -= shift[0];
+            dy -= shift[1];
+            dz -= shift[2];
+        }
+        double d2 = dx * dx + dy * dy + dz * dz, reach = r + xj[3];
+        b->i[n] = (uint32_t)i;
+        b->j[n] = j;
+        b->k[n] = (uint32_t)k;
+        b->dx[n] = dx;
+        b->dy[n] = dy;
+        b->dz[n] = dz;
+        b->d2[n] = d2;
+        b->reach[n] = reach;
+        b->uneven[n] = r - xj[3];
+        int inside = d2 < reach * reach;
+        a->touch[k] &= (uint8_t)inside;
+        n += inside;
+    }
+    b->n = n;
+}
+
+DEM_INLINE void gather(block *b, const arrays *a, const pair_forces *job, int uniform)
+{
+    for (int c = 0; c < b->n; c++) {
+        uint32_t i = b->i[c], j = b->j[c], k = b->k[c];
+        const vec4 *vi = (const vec4 *)a->vel[i], *vj = (const vec4 *)a->vel[j];
+        double old = a->touch[k];
+        *(vec4 *)b->velocity[c] = vi[0] - vj[0];
+        *(vec4 *)b->spin[c] = vi[1] + vj[1];
+        *(vec4 *)b->spring[c] = *(const vec4 *)a->spring[k] * old;
+        a->touch[k] = 1;
+        if (uniform) continue;
+        *(vec4 *)b->twist[c] = (vi[1] - vj[1]) * b->uneven[c];
+        b->mass[c] = 1 / (a->vel[i][3] + a->vel[j][3]);
+        b->radius[c] = a->pos[i][3] * a->pos[j][3] / b->reach[c];
+        b->q[c] = job->table[a->material[i] * job->n_material + a->material[j]];
+    }
+}
+
+DEM_INLINE void apply_law(block *restrict b, const pair_forces *job, dem_law law, int uniform)
+{
+    const coefficient only = job->only;
+    const double mass = .5 * job->mass, radius = .5 * job->radius, dt = job->dt;
+    const double reach = 2 * job->radius;
+    int n = b->n;
+    for (int c = 0; c < n; c++) {
+        double d = sqrt(b->d2[c]), per_d = 1 / d;
+        double nx = b->dx[c] * per_d, ny = b->dy[c] * per_d, nz = b->dz[c] * per_d;
+        double overlap = (uniform ? reach : b->reach[c]) - d;
+        double wx = d * b->spin[c][0], wy = d * b->spin[c][1], wz = d * b->spin[c][2];
+        double uneven = 0;
+        if (!uniform) {
+            wx += b->twist[c][0];
+            wy += b->twist[c][1];
+            wz += b->twist[c][2];
+            uneven = b->uneven[c];
+        }
+        contact t = {nx,
+                     ny,
+                     nz,
+                     overlap,
+                     b->velocity[c][0] - .5 * (wy * nz - wz * ny),
+                     b->velocity[c][1] - .5 * (wz * nx - wx * nz),
+                     b->velocity[c][2] - .5 * (wx * ny - wy * nx),
+                     uniform ? mass : b->mass[c],
+                     uniform ? radius : b->radius[c],
+                     1};
+        spring s = {b->spring[c][0], b->spring[c][1], b->spring[c][2], b->spring[c][3]};
+        contact_force f = law_force(law, uniform ? only : b->q[c], t, dt, &s);
+        b->overlap[c] = overlap;
+        b->spring[c][0] = s.x;
+        b->spring[c][1] = s.y;
+        b->spring[c][2] = s.z;
+        b->spring[c][3] = s.a;
+        b->force[c][0] = f.x;
+        b->force[c][1] = f.y;
+        b->force[c][2] = f.z;
+        b->force[c][3] = 0;
+        double li = .5 * (d + uneven); /* T_i = (x_c - x_i) x F = -l_i n x F_t */
+        b->torque[c][0] = li * (nz * f.ty - ny * f.tz);
+        b->torque[c][1] = li * (nx * f.tz - nz * f.tx);
+        b->torque[c][2] = li * (ny * f.tx - nx * f.ty);
+        b->torque[c][3] = 0;
+        if (!uniform) b->lever[c] = (d - uneven) / (d + uneven);
+    }
+}
+
+DEM_INLINE void scatter(const block *b, const arrays *a, int uniform)
+{
+    for (int c = 0; c < b->n; c++) {
+        vec4 *fi = (vec4 *)a->force[b->i[c]], *fj = (vec4 *)a->force[b->j[c]];
+        vec4 f = *(const vec4 *)b->force[c], t = *(const vec4 *)b->torque[c];
+        *(vec4 *)a->spring[b->k[c]] = *(const vec4 *)b->spring[c];
+        fi[0] += f;
+        fi[1] += t;
+        fj[0] -= f;
+        fj[1] += uniform ? t : t * b->lever[c];
+    }
+}
+
+/* Largest overlap / smaller radius in the block: r_j = (reach - uneven)/2. */
+static void survey(const block *b, pair_forces *job)
+{
+    for (int c = 0; c < b->n; c++) {
+        double smaller = .5 * (b->reach[c] - fabs(b->uneven[c]));
+        double ratio = b->overlap[c] / smaller;
+        if (ratio > job->overlap) job->overlap = ratio;
+    }
+}
+
+DEM_INLINE void flush(block *b, const arrays *a, pair_forces *job, dem_law law, int uniform)
+{
+    gather(b, a, job, uniform);
+    apply_law(b, job, law, uniform);
+    scatter(b, a, uniform);
+    if (job->survey) survey(b, job);
+    job->contacts += (size_t)b->n;
+    b->n = 0;
+}
+
+DEM_INLINE void pair_loop(pair_forces *job, const arrays *a, size_t n, dem_law law, int uniform,
+                          int periodic)
+{
+    block b;
+    b.n = 0;
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = a->row[i], row_end = a->row[i + 1]; k < row_end;) {
+            size_t room = (size_t)(BLOCK - b.n);
+            size_t end = row_end - k > room ? k + room : row_end;
+            detect(&b, a, i, k, end, periodic);
+            if (b.n == BLOCK) flush(&b, a, job, law, uniform);
+            k = end;
+        }
+    flush(&b, a, job, law, uniform);
+}
+
+typedef void pair_kernel(pair_forces *job, const arrays *a, size_t n);
+
+#define KERNEL(name, isa, law, uniform, periodic)                                                  \
+    isa static void name(pair_forces *job, const arrays *a, size_t n)                              \
+    {                                                                                              \
+        pair_loop(job, a, n, law, uniform, periodic);                                              \
+    }
+#define KERNELS(suffix, isa)                                                                       \
+    KERNEL(linear_##suffix, isa, DEM_LINEAR, 0, 0)                                                 \
+    KERNEL(linear_periodic_##suffix, isa, DEM_LINEAR, 0, 1)                                        \
+    KERNEL(linear_uniform_##suffix, isa, DEM_LINEAR, 1, 0)                                         \
+    KERNEL(linear_uniform_periodic_##suffix, isa, DEM_LINEAR, 1, 1)                                \
+    KERNEL(hertz_##suffix, isa, DEM_HERTZ, 0, 0)                                                   \
+    KERNEL(hertz_periodic_##suffix, isa, DEM_HERTZ, 0, 1)                                          \
+    KERNEL(hertz_uniform_##suffix, isa, DEM_HERTZ, 1, 0)                                           \
+    KERNEL(hertz_uniform_periodic_##suffix, isa, DEM_HERTZ, 1, 1)                                  \
+    static pair_kernel *const kernels_##suffix[2][2][2] = {                                        \
+        {{linear_##suffix, linear_periodic_##suffix},                                              \
+         {linear_uniform_##suffix, linear_uniform_periodic_##suffix}},                             \
+        {{hertz_##suffix, hertz_periodic_##suffix},                                                \
+         {hertz_uniform_##suffix, hertz_uniform_periodic_##suffix}}};
+
+KERNELS(plain, )
+#if defined(__x86_64__) && defined(__GNUC__)
+#define DEM_HAVE_X86 1
+KERNELS(avx2, __attribute__((target("avx2,fma"))))
+KERNELS(avx512, __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma"))))
+#endif
+
+static pair_kernel *choose(dem_law law, int uniform, int periodic)
+{
+    int hertz = law == DEM_HERTZ;
+#ifdef DEM_HAVE_X86
+    if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512bw"))
+        return kernels_avx512[hertz][uniform][periodic];
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        return kernels_avx2[hertz][uniform][periodic];
+#endif
+    return kernels_plain[hertz][uniform][periodic];
+}
+
+void sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, contacts *c)
+{
+    arrays a = {(const double(*)[4])p->pos,
+                (const double(*)[8])p->vel,
+                p->force,
+                p->material,
+                list->row,
+                list->entry,
+                (const double(*)[4])list->shift,
+                c->spring,
+                c->touch};
+    pair_kernel *kernel = choose(job->law, job->uniform != 0, list->any_periodic);
+    job->contacts = 0;
+    job->overlap = 0;
+    kernel(job, &a, p->n);
+}

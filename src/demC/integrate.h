@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * integrate.h - one step of translation and rotation under contact, gravity and outside force.
+ */
+#ifndef DEM_INTEGRATE_H
+#define DEM_INTEGRATE_H
+
+#include "particles.h"
+
+typedef struct motion {
+    double dt;
+    double gravity[3];
+    int outside;  /* nonzero: p->outside acts */
+    double speed; /* out: no particle is faster, m/s (an upper bound, at most sqrt3 too large) */
+    int finite;   /* out: zero if some velocity is not finite */
+} motion;
+
+/* Moves the particles, adds to p->gain, keeps force and weight in p->last and zeroes p->force for
+ * the next sum. */
+void integrate(motion *m, particles *p);
+
+#endif

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * neighbour.h - linked cells and the Verlet list of pairs that may touch before the next rebuild.
+ *
+ * A half list in compressed rows: row i holds the partners j > i with |x_i - x_j| < r_i + r_j +
+ * skin. Particles are sorted by (cell, id), so that partners lie near each other in memory and so
+ * that the order of the list, and with it the order in which forces are summed, depends on
+ * positions and ids alone, never on the order in which particles came in. The list holds until
+ * some particle has moved by skin/2.
+ *
+ * In periodic directions an entry also names the image of j: positions are wrapped only when the
+ * list is built, so the shift is a constant of the entry. Refused: a periodic box shorter than
+ * twice the range, where a pair could touch twice.
+ */
+#ifndef DEM_NEIGHBOUR_H
+#define DEM_NEIGHBOUR_H
+
+#include "particles.h"
+
+#define NEIGHBOUR_BITS 27 /* of an entry for the index of j; the other 5 for one of 27 images */
+#define NEIGHBOUR_MASK ((UINT32_C(1) << NEIGHBOUR_BITS) - 1)
+#define NEIGHBOUR_HOME 13 /* the image of j that is j itself */
+
+typedef struct neighbour {
+    double lo[3], hi[3];
+    int periodic[3], any_periodic;
+    double shift[27][4]; /* what to add to x_j, m */
+
+    double skin;  /* m */
+    double moved; /* no particle has moved farther than this since the build, m */
+    int valid;
+
+    int cells[3];
+    double origin[3], per_width[3]; /* of the grid of cells */
+    size_t n_cell, cell_capacity;
+    uint32_t *cell_first; /* [n_cell + 1] */
+
+    uint32_t *cell, *order, *place; /* [capacity]: cell of a particle; sorting and its inverse */
+    size_t *row;                    /* [n + 1] */
+    size_t row_capacity;
+    uint32_t *entry; /* [row[n]] */
+    size_t entry_capacity;
+} neighbour;
+
+void neighbour_init(neighbour *list, const double lo[3], const double hi[3], const int periodic[3]);
+void neighbour_free(neighbour *list);
+/* Sort particles by (cell, id); list->place[old] is then the new index. Positions are wrapped. */
+dem_status neighbour_sort(neighbour *list, particles *p, double range);
+/* Fill the rows for sorted particles. */
+dem_status neighbour_fill(neighbour *list, particles *p);
+/* Nonzero if no particle has moved by skin/2; call with the largest speed of the coming step. */
+int neighbour_holds(neighbour *list, const particles *p, double speed_dt);
+
+#endif

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * particles.h - the store of particles: add, grow, sort, attached columns.
+ *
+ * Data layout. What the force loop reads lies in records of 32 or 64 aligned bytes, one cache line
+ * at most per particle and purpose; a fourth number fills what three vector components leave free:
+ *
+ *     pos   x y z r                    vel   vx vy vz 1/m   wx wy wz 1/I      I = 2/5 m r^2
+ *     force Fx Fy Fz 0  Tx Ty Tz 0     outside fx fy fz k   wx wy wz M        gain Jx Jy Jz 0
+ *
+ * The arrays of dem_view are copies, brought up to date by particles_publish() when the engine
+ * returns to its caller. Every array is entered in a table of fields, so that growing and sorting
+ * are one loop each.
+ */
+#ifndef DEM_PARTICLES_H
+#define DEM_PARTICLES_H
+
+#include "dem.h"
+
+/* Four doubles as the machine handles them. Never passed by value between functions. */
+typedef double vec4 __attribute__((vector_size(32)));
+
+typedef struct field {
+    void **slot; /* where the address of the array is kept; NULL: in `data` */
+    void *data;
+    size_t size; /* bytes per particle */
+    char name[DEM_NAME];
+} field;
+
+typedef struct particles {
+    size_t n, capacity;
+    uint64_t revision;
+    int64_t next_id;
+
+    double (*pos)[4];
+    double (*vel)[8];
+    double (*force)[8];
+    double (*outside)[8];
+    double (*gain)[4];
+    double (*built)[4]; /* pos when the neighbour list was built */
+
+    int64_t *id;
+    double *radius, *mass;
+    int *material;
+
+    double (*x)[3], (*v)[3], (*omega)[3], (*last)[3], (*impulse)[3]; /* published */
+
+    field *field;
+    size_t n_field, n_fixed; /* fields beyond n_fixed are attached columns */
+    void *scratch;           /* capacity * widest field, for sorting */
+    size_t scratch_size;
+} particles;
+
+dem_status particles_init(particles *p);
+void particles_free(particles *p);
+dem_status particles_reserve(particles *p, size_t capacity);
+/* Put at the place i what was at the place order[i], in every field. */
+dem_status particles_permute(particles *p, const uint32_t *order);
+/* Handle of a new column or -1. */
+int particles_attach(particles *p, const char *name, int width);
+double *particles_column(particles *p, int handle);
+/* Append one particle; there must be room. */
+void particles_append(particles *p, const double x[3], const double v[3], const double omega[3],
+                      double radius, double mass, int material, int64_t id);
+/* Copy x (wrapped into the periodic directions), v, omega, impulse for dem_view. */
+void particles_publish(particles *p, const double lo[3], const double hi[3], const int periodic[3]);
+
+#endif
