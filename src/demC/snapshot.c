@@ -8,8 +8,10 @@
  *
  * Every dataset has an attribute `units`; the file has `time` (s), `version` of this layout and
  * `creator`, the group the names of the materials. Rank r writes the rows after those of rank r-1.
- * One rank writes through the plain POSIX driver: it needs no file locking and reports a full disk
- * better than MPI-IO does; several write collectively.
+ *
+ * One rank lets HDF5 make the file in memory (124 bytes a particle, for the moment of writing) and
+ * writes it out itself: HDF5 1.10 does not survive a disk that is full, it crashes when the
+ * program ends because its file could not be closed. Several ranks write collectively by MPI-IO.
  *
  * Nothing is ever half there: both files are made under another name, synchronised with the disk
  * and renamed, the series (series.c) last. HDF5's own error print is switched off meanwhile and its
@@ -156,12 +158,15 @@ static void put_rows(writer *w, const char *name, int width, hid_t memory_type, 
         w, H5Dcreate2(w->group, name, file_type, file_space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
         name);
     if (set >= 0) {
-        if (w->n > 0)
+        if (w->n > 0) {
             h5(w, H5Sselect_hyperslab(file_space, H5S_SELECT_SET, start, NULL, here, NULL), name);
-        else
+        } else {
             h5(w, H5Sselect_none(file_space), name);
-        /* Collective: a rank that failed before still has to take part. */
-        h5(w, H5Dwrite(set, memory_type, memory_space, file_space, w->transfer, rows), name);
+            h5(w, H5Sselect_none(memory_space), name);
+        }
+        /* Collective: a rank without rows, or that failed before, still has to take part. */
+        if (w->total > 0)
+            h5(w, H5Dwrite(set, memory_type, memory_space, file_space, w->transfer, rows), name);
         put_text(w, set, "units", units);
         h5(w, H5Dclose(set), name);
     }
@@ -194,6 +199,8 @@ static void put_particles(writer *w)
 
 static hid_t open_file(writer *w)
 {
+    /* Rows of all datasets (id, four vectors, two scalars, material), and the rest of the file. */
+    const size_t bytes = (size_t)w->total * (8 + 4 * 24 + 2 * 8 + 4) + 65536;
     const hid_t access = h5(w, H5Pcreate(H5P_FILE_ACCESS), "create");
     /* Closing the file closes whatever a failure left open in it. */
     h5(w, H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "create");
@@ -201,10 +208,41 @@ static hid_t open_file(writer *w)
     if (w->ranks > 1) {
         h5(w, H5Pset_fapl_mpio(access, w->comm, MPI_INFO_NULL), "create");
         h5(w, H5Pset_dxpl_mpio(w->transfer, H5FD_MPIO_COLLECTIVE), "create");
+    } else {
+        h5(w, H5Pset_fapl_core(access, bytes, 0), "create");
     }
     const hid_t file = h5(w, H5Fcreate(w->part, H5F_ACC_TRUNC, H5P_DEFAULT, access), "create");
     H5Pclose(access);
     return file;
+}
+
+static int write_all(int fd, const char *bytes, size_t n)
+{
+    while (n > 0) {
+        const ssize_t written = write(fd, bytes, n);
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) return -1;
+        bytes += written;
+        n -= (size_t)written;
+    }
+    return 0;
+}
+
+/* Write out the file that HDF5 holds in memory. */
+static void store_image(writer *w)
+{
+    void **image = NULL;
+    hsize_t size = 0;
+    h5(w, H5Fget_filesize(w->file, &size), "write");
+    h5(w, H5Fget_vfd_handle(w->file, H5P_DEFAULT, (void **)&image), "write");
+    if (w->failed) return;
+    const int fd = open(w->part, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    if (fd < 0) {
+        fail(w, "create", strerror(errno));
+        return;
+    }
+    if (write_all(fd, *image, size) != 0) fail(w, "write", strerror(errno));
+    if (close(fd) != 0) fail(w, "write", strerror(errno));
 }
 
 static void write_file(writer *w)
@@ -220,6 +258,7 @@ static void write_file(writer *w)
         put_particles(w);
         h5(w, H5Gclose(w->group), "particles");
         h5(w, H5Fflush(w->file, H5F_SCOPE_GLOBAL), "write");
+        if (w->ranks == 1 && !w->failed) store_image(w);
     }
     if (w->file >= 0) h5(w, H5Fclose(w->file), "close");
     if (w->transfer >= 0) H5Pclose(w->transfer);

@@ -1,0 +1,9 @@
+#!/bin/bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Snapshots written by two and three ranks read back like those of one.
+set -e
+program="${1:?build directory}/tests/unit_demSnapshot"
+command -v mpirun >/dev/null || exit 77
+for ranks in 2 3; do
+    mpirun --oversubscribe -n "$ranks" "$program"
+done
