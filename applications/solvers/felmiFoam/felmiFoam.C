@@ -69,7 +69,7 @@ int main(int argc, char *argv[])
     #include "createTimeControls.H"
     #include "createFields.H"
 
-    particles.report();
+    particles.report(faces);
 
     Info<< "Starting time loop\n" << endl;
 

@@ -6,6 +6,7 @@
 \*---------------------------------------------------------------------------*/
 
 #include "particlePhase.H"
+#include "faceForces.H"
 #include "clockValue.H"
 #include "IOField.H"
 #include "passiveParticleCloud.H"
@@ -23,8 +24,20 @@ static scalar secondsElapsed()
 }
 
 
-void particlePhase::report() const
+void particlePhase::report(const faceForces& faces) const
 {
+    const bool implicit = coupling_.scheme != CPL_EXPLICIT;
+
+    if (!implicit && !faces.unity())
+    {
+        stopRun
+        (
+            "constant/couplingProperties: scheme: explicit, a reference for"
+            " comparisons, conserves momentum on orthogonal meshes of equal"
+            " cells only; accepted here: semiImplicit"
+        );
+    }
+
     const dem_view particles = dem_particles(phase_engine(phase_));
     const dem_limits limits = dem_time_limits(phase_engine(phase_));
     const scalar deltaT = mesh_.time().deltaTValue();
@@ -37,7 +50,7 @@ void particlePhase::report() const
         << "    d(eps U)/dt + div(eps U U) ="
         << " - eps grad p + eps g + div(eps tau) + S - K U" << nl
         << "    rho " << rho_ << " kg/m3, drag "
-        << (coupling_.scheme == CPL_EXPLICIT ? "explicit" : "implicit in U")
+        << (implicit ? "implicit in U" : "explicit")
         << nl << nl
         << "Mesh: " << mesh_.nCells() << " cells, "
         << (cells_.box() ? "one block of equal cells" : "general") << nl
@@ -48,7 +61,7 @@ void particlePhase::report() const
         << "    contact " << limits.contact << ", Rayleigh " << limits.rayleigh
         << " (not imposed), user " << limits.user << nl
         << "    flow time step " << deltaT << " = "
-        << label(std::ceil(deltaT/step)) << " steps of at most " << step
+        << max(label(std::ceil(deltaT/step)), 1) << " steps of at most " << step
         << nl << endl;
 }
 
@@ -194,7 +207,7 @@ void particlePhase::write()
 
     dem_sim* engine = phase_engine(phase_);
     const fileName directory(runTime.path()/"dem");
-    const word name("particles_" + runTime.timeName());
+    const word name(runTime.timeName());
 
     if (dem_write_snapshot(engine, directory.c_str(), name.c_str()) != DEM_OK)
     {

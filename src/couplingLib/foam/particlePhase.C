@@ -190,7 +190,7 @@ particlePhase::particlePhase
 {
     readCase(g);
 
-    const fileName ledger(mesh.time().path()/"postProcessing"/"felmiFoam");
+    const fileName ledger(mesh.time().path()/"postProcessing"/"ledger");
 
     phase_param param = phase_param();
     param.dem = &dem_.param;

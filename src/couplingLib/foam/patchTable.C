@@ -52,7 +52,7 @@ patchTable::patchTable(const volScalarField& p, const dimensionedScalar& rho)
         file_ << "time,deltaT,courant,iterations,residual";
         for (const label patchi : open_)
         {
-            file_ << ',' << p.mesh().boundary()[patchi].name();
+            file_ << ",p_" << p.mesh().boundary()[patchi].name();
         }
         file_ << ",height\n";
     }
