@@ -7,6 +7,7 @@
  * are collected, so that a user sees all of them at once, each as
  *     <file>:<line>: <key>: what was found; what is accepted; the nearest match.
  *
+ * Getters return the default, or in error NAN (numbers) or the first choice, and never stop.
  * Every function that can fail takes a case_errors; after reading, case_errors_count() > 0 means
  * that nothing may be run. Serial: read on each rank.
  */
@@ -83,9 +84,12 @@ const char *case_word(const case_dict *dict, const char *key, const char *missin
 /* Index of the word in the NULL-terminated list `accepted`; `missing` < 0: required. */
 int case_choice(const case_dict *dict, const char *key, const char *const *accepted, int missing,
                 case_errors *errors);
-/* Numbers of a flat or nested list, e.g. vertices: count; *value malloced. */
+/* Numbers of a flat or nested list, e.g. vertices, or one number: count; *value malloced, NULL in
+ * error, and the key is required. "nonuniform List<vector> N" before the list is read over. A file
+ * that is a bare list (polyMesh/points, a vectorField) has it under the key "". */
 size_t case_numbers(const case_dict *dict, const char *key, double **value, case_errors *errors);
-/* Every key of dict must be in `known` (NULL-terminated) or it is an error with the nearest match. */
+/* Every key of dict must be in `known` (NULL-terminated) or it is an error with the nearest match.
+ * Let through: keys that a macro has used, and at the top FoamFile and `variables`. */
 void case_known(const case_dict *dict, const char *const *known, case_errors *errors);
 
 /* ---- a case ---------------------------------------------------------------------------------- */
@@ -120,6 +124,8 @@ typedef struct case_fluid {
     double gravity[3];
 } case_fluid;
 void case_read_fluid(const char *directory, case_fluid *fluid, case_errors *errors);
+/* constant/g alone, for a run without fluid; (0 0 0) when there is no such file. */
+void case_read_gravity(const char *directory, double gravity[3], case_errors *errors);
 
 /* constant/demProperties. `mesh` NULL: the domain must be given in the dictionary; else it
  * defaults to the mesh's box, and cyclic sides are periodic. `directory` resolves file names. */
