@@ -7,10 +7,11 @@
  *     drag      kappa(eps, |u - v|);  K = scatter kappa,  S = scatter kappa v
  *     settle    L = kappa (u - T v) - V grad p,   C = C + L dt - J
  *
- * (method: couplingLib's force.c). The first step starts with L = 0 and C = 0 but with the drag
- * coefficients of a fluid that moves with the particles, so that a stiff particle resists from the
- * beginning; what the fluid turns out to exert in that step is carried in C like any other error
- * of prediction. Particles created later start in the same way, their coefficient zero.
+ * (method: couplingLib's force.c). A particle that has not met the fluid yet, at the start or
+ * created later, begins with the buoyancy of a fluid at rest, L = -rho V g, and with C = 0; at the
+ * start with the drag coefficient of a fluid that moves with it, so that a stiff particle resists
+ * from the beginning. What the fluid turns out to exert in that step is carried in C like any
+ * other error of prediction.
  */
 #include "state.h"
 
@@ -70,11 +71,11 @@ static int check(phase *ph, const phase_param *param)
 }
 
 /* Direction against gravity and the lowest point of the mesh along it. */
-static void find_floor(phase *ph, const double gravity[3])
+static void find_floor(phase *ph)
 {
-    const double g =
-        sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]);
-    for (int a = 0; a < 3; a++) ph->up[a] = g > 0 ? -gravity[a] / g : 0;
+    const double *down = ph->gravity;
+    const double g = sqrt(down[0] * down[0] + down[1] * down[1] + down[2] * down[2]);
+    for (int a = 0; a < 3; a++) ph->up[a] = g > 0 ? -down[a] / g : 0;
     double lowest = HUGE_VAL;
     for (size_t c = 0; c < ph->mesh.n; c++) {
         double height = 0;
@@ -178,6 +179,19 @@ static void find_velocity(phase *ph)
     }
 }
 
+/* Particles that have not met the fluid yet: their void fraction is still zero. */
+static void welcome(phase *ph)
+{
+    const dem_view p = dem_particles(ph->dem);
+    double *eps = dem_column(ph->dem, ph->eps_p);
+    vector *L = (vector *)dem_column(ph->dem, ph->force);
+    for (size_t i = 0; i < p.n; i++) {
+        if (eps[i] > 0) continue;
+        eps[i] = 1;
+        for (int a = 0; a < 3; a++) L[i][a] = -ph->rho * ph->V[i] * ph->gravity[a];
+    }
+}
+
 static int build(phase *ph, const phase_param *param)
 {
     const dem_status made = dem_new(ph->comm, param->dem, &ph->dem);
@@ -209,7 +223,9 @@ int phase_new(MPI_Comm comm, const phase_param *param, phase **result)
     if (!failed) failed = build(ph, param);
     if (!failed) failed = map_particles(ph);
     if (failed) return failed;
-    find_floor(ph, param->dem->gravity);
+    memcpy(ph->gravity, param->dem->gravity, sizeof ph->gravity);
+    find_floor(ph);
+    welcome(ph);
     memcpy(ph->eps_before, ph->eps, ph->mesh.n * sizeof *ph->eps);
     find_velocity(ph);
     failed = phase_drag(ph, (const double(*)[3])ph->Us);
@@ -238,8 +254,7 @@ static int predict(phase *ph, double dt)
 {
     const dem_view p = dem_particles(ph->dem);
     double *eps = dem_column(ph->dem, ph->eps_p);
-    for (size_t i = 0; i < p.n; i++)
-        if (!(eps[i] > 0)) eps[i] = 1; /* created since the last step: has not met the fluid */
+    welcome(ph);
     const vector *a = ph->inertia ? (const vector *)dem_column(ph->dem, ph->acceleration) : NULL;
     if (!a) memset(ph->s, 0, p.n * sizeof *ph->s);
     cpl_predict(&ph->coupling, p.n, dt, ph->rho, eps, dem_column(ph->dem, ph->kappa), ph->V, p.mass,

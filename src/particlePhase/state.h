@@ -33,6 +33,7 @@ struct phase {
     cpl_param coupling;
     cpl_mesh mesh;
     double rho, mu, dt;
+    double gravity[3];
     double up[3], floor; /* against gravity (zero without), and the mesh's lowest point that way */
     int inertia;         /* the fluid's inertia can matter: some particle is light enough */
 
