@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * demGravity.c - particles under gravity: bouncing, stacked, slipping into rolling.
+ *
+ * The cases DEM01, DEM03 and DEM04 of the MFiX verification manual (National Energy Technology
+ * Laboratory), after Garg et al., Powder Technol. 220 (2012) 122,
+ * doi:10.1016/j.powtec.2011.09.019. References are the closed forms of a sphere on a linear spring
+ * and dashpot, evaluated independently; for the stack, the same three linear contacts integrated by
+ * GSL to 1e-10.
+ */
+/**
+ * demGravity.c - particles under gravity: bouncing, stacked, slipping into rolling.
+ *
+ * The cases DEM01, DEM03 and DEM04 of MFiX (Garg et al., Powder Technol. 220 (2012) 122,
+ * doi:10.1016/j.powtec.2011.09.019; Chen, Comput. Phys. Commun.). References are the closed forms
+ * of a sphere on a linear spring and dashpot, evaluated independently; for the stack, the same
+ * three linear contacts integrated by GSL to 1e-10.
+ */
+#include "demRig.h"
+
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_odeiv2.h>
+
+static const double g = 9.80665;
+
+typedef struct bounce {
+    double e, leaves, speed, lowest, apex;
+} bounce;
+
+static void bounce_case(bounce b)
+{
+    rig r;
+    const double R = .1, dt = 1e-6;
+    rig_init(&r, DEM_LINEAR, 2);
+    r.material[0].density = 2600;
+    r.param.gravity[2] = -g;
+    rig_pairs(&r, b.e, 0, 1e4, 1);
+    rig_floor(&r);
+    rig_start(&r);
+    rig_ball(&r, R, 0, 0, .5, 0, 0, 0);
+    double first = 0, leaves = 0, speed = 0, lowest = 1, apex = 0;
+    int touched = 0;
+    for (int s = 0; s < 900000 && !(leaves && speed < 0); s++) {
+        rig_advance(&r, dt, 1);
+        dem_view p = dem_particles(r.sim);
+        int touches = dem_last_report(r.sim).wall_contacts > 0;
+        if (touches && !touched) first = dem_time(r.sim);
+        if (touched && !touches && !leaves) {
+            leaves = dem_time(r.sim);
+            assert_close(p.v[0][2], b.speed, 1e-3);
+        }
+        touched = touches;
+        lowest = fmin(lowest, p.x[0][2]);
+        speed = leaves ? p.v[0][2] : 0;
+        if (leaves) apex = fmax(apex, p.x[0][2]);
+    }
+    assert_close(first, .285617, 1e-3);
+    assert_close(leaves, b.leaves, 1e-3);
+    /* The overlap reaches nearly R: compare it, not what is left. */
+    assert_close(R - lowest, R - b.lowest, 1e-3);
+    assert_close(apex, b.apex, 1e-3);
+    dem_free(r.sim);
+}
+
+static void bouncing_sphere(void **state)
+{
+    (void)state;
+    bounce_case((bounce){.9, .397435, 2.475443, .001624, .412432});
+    bounce_case((bounce){.7, .399498, 1.821535, .012500, .269170});
+}
+
+/* ---- two spheres stacked between floor and lid ------------------------------------------------
+ */
+
+typedef struct stack {
+    double R, lid, k[3], eta[3], m[2]; /* floor-1, 1-2, 2-lid */
+} stack;
+
+static int stack_motion(double t, const double y[], double dy[], void *data)
+{
+    (void)t;
+    const stack *s = data;
+    double overlap[3] = {s->R - y[0], 2 * s->R - (y[1] - y[0]), s->R - (s->lid - y[1])};
+    double rate[3] = {-y[2], y[2] - y[3], y[3]}, f[3];
+    for (int c = 0; c < 3; c++)
+        f[c] = overlap[c] > 0 ? s->k[c] * overlap[c] + s->eta[c] * rate[c] : 0;
+    dy[0] = y[2];
+    dy[1] = y[3];
+    dy[2] = (f[0] - f[1]) / s->m[0] - g;
+    dy[3] = (f[1] - f[2]) / s->m[1] - g;
+    return GSL_SUCCESS;
+}
+
+static double dashpot(double e, double m, double k)
+{
+    double l = -log(e);
+    return 2 * l * sqrt(m * k / (M_PI * M_PI + l * l));
+}
+
+static void stacked_spheres(void **state)
+{
+    (void)state;
+    rig r;
+    const double R = 5e-4, rho[2] = {2e4, 1e4}, e = .83;
+    stack s = {.R = R, .lid = 3.6 * R, .k = {1e3, 1.2e3, 1e3}};
+    s.m[0] = sphere_mass(R, rho[0]);
+    s.m[1] = sphere_mass(R, rho[1]);
+    s.eta[0] = dashpot(e, s.m[0], s.k[0]);
+    s.eta[1] = dashpot(e, s.m[0] * s.m[1] / (s.m[0] + s.m[1]), s.k[1]);
+    s.eta[2] = dashpot(e, s.m[1], s.k[2]);
+
+    rig_init(&r, DEM_LINEAR, .1);
+    r.material[0].density = rho[0];
+    r.material[1].density = rho[1];
+    r.param.gravity[2] = -g;
+    rig_pairs(&r, e, 0, s.k[0], 1);
+    r.pair[1].stiffness = r.pair[2].stiffness = s.k[1]; /* sphere 1 - sphere 2 */
+    rig_floor(&r);
+    r.wall[0].material = 0;
+    r.wall[1].shape = dem_sdf_plane((const double[3]){0, 0, s.lid}, (const double[3]){0, 0, -1});
+    r.wall[1].material = 1;
+    r.param.n_wall = 2;
+    rig_start(&r);
+    /* 2 on the lid is of its material, and so is 1 on the floor: k[0] = k[2]. */
+    const double x[2][3] = {{0, 0, .5 * R + .4 * R}, {0, 0, 2.7 * R}}, radius[2] = {R, R};
+    const int material[2] = {0, 1};
+    assert_int_equal(dem_add(r.sim, 2, x, NULL, NULL, radius, material, NULL), DEM_OK);
+
+    double y[4] = {x[0][2], x[1][2], 0, 0}, t = 0;
+    gsl_odeiv2_system system = {stack_motion, NULL, 4, &s};
+    gsl_odeiv2_driver *d =
+        gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd, 1e-8, 1e-14, 1e-10);
+    for (int k = 1; k <= 40; k++) {
+        rig_advance(&r, 2e-4, 8000);
+        assert_int_equal(gsl_odeiv2_driver_apply(d, &t, k * 2e-4, y), GSL_SUCCESS);
+        dem_view p = dem_particles(r.sim);
+        int one = p.material[0] == 0 ? 0 : 1;
+        assert_within(p.x[one][2], y[0], 1e-3 * R);
+        assert_within(p.x[1 - one][2], y[1], 1e-3 * R);
+    }
+    gsl_odeiv2_driver_free(d);
+    dem_free(r.sim);
+}
+
+/* Under their own weight, at rest: the pair carries one weight, the floor two. */
+static void stack_at_rest(void **state)
+{
+    (void)state;
+    rig r;
+    const double R = 2.1e-3, k = 800, m = sphere_mass(R, 2500);
+    rig_init(&r, DEM_LINEAR, .1);
+    r.param.gravity[2] = -g;
+    rig_pairs(&r, .2, .3, k, 1);
+    rig_floor(&r);
+    rig_start(&r);
+    rig_ball(&r, R, 0, 0, R, 0, 0, 0);
+    rig_ball(&r, R, 0, 0, 3 * R, 0, 0, 0);
+    rig_advance(&r, .5, 0);
+    dem_view p = dem_particles(r.sim);
+    assert_close(R - p.x[0][2], 2 * m * g / k, 1e-9);
+    assert_close(2 * R - (p.x[1][2] - p.x[0][2]), m * g / k, 1e-9);
+    double force[3];
+    rig_advance(&r, 1e-2, 0);
+    dem_wall_force(r.sim, 0, force);
+    assert_close(force[2], -2 * m * g, 1e-9);
+    dem_free(r.sim);
+}
+
+/* ---- a ball slipping on a plane ----------------------------------------------------------------
+ */
+
+static void slipping_ball(void **state)
+{
+    (void)state;
+    const double radius[] = {10e-6, 2.5e-3, .5}, mu[] = {.1, .37, .92};
+    for (int law = DEM_LINEAR; law <= DEM_HERTZ; law++)
+        for (int k = 0; k < 3; k++) {
+            rig r;
+            const double R = radius[k], u0 = 1.9 * sqrt(g * R), m = sphere_mass(R, 2500);
+            rig_init(&r, (dem_law)law, 1000 * R);
+            rig_hertz(&r, 2e5 * 2500 * g * R, .3, 2500);
+            r.param.gravity[2] = -g;
+            r.param.impact_speed = 4 * sqrt(g * R);
+            rig_pairs(&r, .6, mu[k], 1e5 * m * g / R, 1);
+            rig_floor(&r);
+            rig_start(&r);
+            /* At the height where the floor carries it. */
+            double E = 2e5 * 2500 * g * R / (1 - .09);
+            double sink =
+                law == DEM_LINEAR ? 1e-5 * R : pow(m * g / (4. / 3 * E * sqrt(R)), 2. / 3);
+            rig_ball(&r, R, 0, 0, R - sink, u0, 0, 0);
+            double rolls = 2. / 7 * u0 / (mu[k] * g), dt = rolls / 1000, slip;
+            double since = 0;
+            for (int s = 0; s < 3000; s++) {
+                rig_advance(&r, dt, 0);
+                dem_view p = dem_particles(r.sim);
+                slip = p.v[0][0] - R * p.omega[0][1];
+                if (slip < 1e-3 * u0 && since == 0) since = dem_time(r.sim);
+            }
+            assert_close(since, rolls, 5e-3);
+            dem_view p = dem_particles(r.sim);
+            assert_close(p.v[0][0], 5. / 7 * u0, 5e-3);
+            assert_close(R * p.omega[0][1], 5. / 7 * u0, 5e-3);
+            dem_free(r.sim);
+        }
+}
+
+int main(int argc, char **argv)
+{
+    MPI_Init(&argc, &argv);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bouncing_sphere), cmocka_unit_test(stacked_spheres),
+        cmocka_unit_test(stack_at_rest), cmocka_unit_test(slipping_ball)};
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    MPI_Finalize();
+    return failed;
+}
