@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * felmiDEM - particles alone: drums, hoppers, mixers, packings, without a fluid.
+ *
+ * Reads the case that felmiFoam and felmiMAC read (system/controlDict, constant/demProperties,
+ * constant/g). The domain is that of demProperties, or the box of blockMeshDict when there is
+ * one. deltaT is the interval of the log and the time series; the engine divides it into equal
+ * sub-steps of its own. deltaT is shortened so that output falls on whole steps.
+ *
+ * References: as in dem.h.
+ */
+#include "felmiDEM.h"
+
+#include <math.h>
+#include <mpi.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char HELP[] = "felmiDEM: particles alone\n\n"
+                           "usage: felmiDEM [-case <dir>] [-help] [-version]\n\n"
+                           "  -case <dir>  directory of the case, default: the current one\n"
+                           "  -help        this text\n"
+                           "  -version     version number\n\n"
+                           "reads    system/controlDict, constant/demProperties, constant/g;\n"
+                           "         system/blockMeshDict if there is one, for the domain\n"
+                           "writes   dem/<time>.h5 and dem/particles.xmf (open it in ParaView),\n"
+                           "         postProcessing/particles.csv and wallForces.csv\n";
+
+/* Everything of one run. */
+typedef struct run {
+    const char *directory;
+    case_control control;
+    case_dem dem;
+    int steps_per_output;
+    long steps;     /* in all; output at every steps_per_output and at the end */
+    double delta_t; /* as shortened */
+    dem_sim *sim;
+    int owned; /* the simulation has the walls' shapes */
+    record *record;
+    char snapshots[4096], name[64];
+    double began; /* wall clock, s */
+} run;
+
+/* ---- reading --------------------------------------------------------------------------------- */
+
+static int file_exists(const char *directory, const char *name)
+{
+    char path[4096];
+    return snprintf(path, sizeof path, "%s/%s", directory, name) < (int)sizeof path &&
+           access(path, F_OK) == 0;
+}
+
+static case_dict *read_dictionary(const char *directory, const char *name, case_errors *errors)
+{
+    char path[4096];
+    if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path) {
+        case_error(errors, directory, 0, "the name of the case directory is too long");
+        return NULL;
+    }
+    return case_dict_read(path, errors);
+}
+
+static void read_gravity(const char *directory, double gravity[3], case_errors *errors)
+{
+    case_dict *dict = read_dictionary(directory, "constant/g", errors);
+    if (dict != NULL) case_vector(dict, "value", NULL, gravity, errors);
+    case_dict_free(dict);
+}
+
+/* 0, or 1 with all that is wrong with the case on stderr. */
+static int read_case(run *r)
+{
+    case_errors *errors = case_errors_new();
+    if (errors == NULL) {
+        fputs("felmiDEM: out of memory\n", stderr);
+        return 1;
+    }
+    const int meshed = file_exists(r->directory, "system/blockMeshDict") ||
+                       file_exists(r->directory, "constant/polyMesh/blockMeshDict");
+    case_mesh mesh;
+    double gravity[3] = {0., 0., 0.};
+    case_read_control(r->directory, &r->control, errors);
+    if (meshed) case_read_mesh(r->directory, &mesh, errors);
+    read_gravity(r->directory, gravity, errors);
+    case_dict *dict = read_dictionary(r->directory, "constant/demProperties", errors);
+    if (dict != NULL) {
+        case_read_dem(dict, r->directory, meshed ? &mesh : NULL, gravity, &r->dem, errors);
+        /* No fluid, so cells may be smaller than particles: the mesh is only a box here. */
+        if (case_errors_count(errors) == 0) case_check(&r->control, NULL, &r->dem, NULL, errors);
+    }
+    const int count = case_errors_count(errors);
+    if (count > 0)
+        fprintf(stderr, "felmiDEM: %d error%s in the case:\n%s", count, count == 1 ? "" : "s",
+                case_errors_text(errors));
+    else
+        fputs(case_notes_text(errors), stderr);
+    if (count > 0 && dict != NULL) case_dem_free(&r->dem, 1);
+    case_dict_free(dict);
+    case_errors_free(errors);
+    return count > 0;
+}
+
+/* ---- time ------------------------------------------------------------------------------------ */
+
+/* Whole steps between outputs, and as many as reach the end time or pass it by less than one. */
+static void plan_steps(run *r)
+{
+    const case_control *c = &r->control;
+    const double span = c->end_time - c->start_time;
+    const double interval = fmin(c->write_interval, span);
+    r->steps_per_output = (int)fmin(ceil(interval / c->delta_t * (1. - 1e-9)), 1e9);
+    r->delta_t = interval / r->steps_per_output;
+    r->steps = (long)ceil(span / r->delta_t * (1. - 1e-9));
+}
+
+/* The last step ends at the end time, whatever the interval of output. */
+static double time_at(const run *r, long step)
+{
+    return step >= r->steps ? r->control.end_time
+                            : r->control.start_time + (double)step * r->delta_t;
+}
+
+/* Name of a time as OpenFOAM writes it, with more digits where two times would share one. */
+static void name_time(run *r, double time)
+{
+    char name[sizeof r->name];
+    for (int digits = r->control.time_precision; digits <= 17; digits++) {
+        snprintf(name, sizeof name, "%.*g", digits, time);
+        if (fabs(strtod(name, NULL) - time) < .01 * r->delta_t) break;
+    }
+    strcpy(r->name, name);
+}
+
+static int write_snapshot(run *r)
+{
+    name_time(r, dem_time(r->sim));
+    if (dem_write_snapshot(r->sim, r->snapshots, r->name) == DEM_OK) return 0;
+    fprintf(stderr, "felmiDEM: %s\n", dem_message(r->sim));
+    return 1;
+}
+
+static void print_step(const run *r, long step, double seconds)
+{
+    const dem_report report = dem_last_report(r->sim);
+    const double elapsed = MPI_Wtime() - r->began;
+    const long left = lrint(elapsed / (double)step * (double)(r->steps - step));
+    printf("Time = %.*g s  particles %lld  substeps %d  contacts %lld + %lld wall  overlap %.2g%%  "
+           "Ekin %.4g J  [dem %.3g ms]  left %ld:%02ld:%02ld\n",
+           r->control.time_precision + 2, dem_time(r->sim), (long long)report.particles,
+           report.substeps, (long long)report.contacts, (long long)report.wall_contacts,
+           100. * report.overlap, report.kinetic_energy, 1e3 * seconds, left / 3600, left / 60 % 60,
+           left % 60);
+    fflush(stdout);
+}
+
+/* ---- the run --------------------------------------------------------------------------------- */
+
+static int start(run *r)
+{
+    banner_case(&r->dem.param, &r->control);
+    if (dem_new(MPI_COMM_WORLD, &r->dem.param, &r->sim) != DEM_OK) {
+        fprintf(stderr, "felmiDEM: %s\n", r->sim ? dem_message(r->sim) : "out of memory");
+        return 1;
+    }
+    r->owned = 1;
+    dem_set_time(r->sim, r->control.start_time);
+    printf("\nCreated %zu particles\n", dem_particles(r->sim).n);
+    plan_steps(r);
+    const dem_limits limits = dem_time_limits(r->sim);
+    banner_time_step(&limits, r->delta_t);
+    snprintf(r->snapshots, sizeof r->snapshots, "%s/dem", r->directory);
+    r->record = record_new(r->directory, r->sim, r->dem.param.gravity);
+    return r->record == NULL || write_snapshot(r);
+}
+
+static int advance(run *r, long step)
+{
+    const double before = MPI_Wtime(), time = time_at(r, step);
+    if (dem_advance(r->sim, time - dem_time(r->sim), 0) != DEM_OK) {
+        fprintf(stderr, "felmiDEM: at time %.9g s: %s\n", dem_time(r->sim), dem_message(r->sim));
+        return 1;
+    }
+    dem_set_time(r->sim, time); /* no rounding adds up */
+    print_step(r, step, MPI_Wtime() - before);
+    if (record_write(r->record, r->sim) != 0) return 1;
+    const int output = step % r->steps_per_output == 0 || step == r->steps;
+    return output ? write_snapshot(r) : 0;
+}
+
+static int solve(run *r)
+{
+    int failed = read_case(r);
+    if (failed) return failed;
+    failed = start(r);
+    r->began = MPI_Wtime();
+    for (long step = 1; step <= r->steps && !failed; step++) failed = advance(r, step);
+    if (!failed) printf("\nEnd: %.1f s of wall clock\n", MPI_Wtime() - r->began);
+    record_free(r->record);
+    case_dem_free(&r->dem, !r->owned);
+    dem_free(r->sim);
+    return failed;
+}
+
+/* The directory, or NULL when there is nothing to run; *status is the exit code then. */
+static const char *read_arguments(int argc, char **argv, int *status)
+{
+    const char *directory = ".";
+    for (int i = 1; i < argc; i++) {
+        const char *a = argv[i] + (strncmp(argv[i], "--", 2) == 0); /* --help as well */
+        *status = 0;
+        if (strcmp(a, "-help") == 0 || strcmp(a, "-h") == 0) {
+            fputs(HELP, stdout);
+            return NULL;
+        }
+        if (strcmp(a, "-version") == 0) {
+            puts(FELMI_VERSION);
+            return NULL;
+        }
+        *status = 2;
+        if (strcmp(a, "-case") != 0 || i + 1 == argc) {
+            fprintf(stderr, "felmiDEM: %s '%s'\n\n%s",
+                    strcmp(a, "-case") == 0 ? "a directory must follow" : "unknown argument",
+                    argv[i], HELP);
+            return NULL;
+        }
+        directory = argv[++i];
+    }
+    return directory;
+}
+
+int main(int argc, char **argv)
+{
+    int status = 0, ranks, rank;
+    const char *directory = read_arguments(argc, argv, &status);
+    if (directory == NULL) return status;
+    MPI_Init(&argc, &argv);
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (ranks > 1) {
+        if (rank == 0)
+            fprintf(stderr,
+                    "felmiDEM: runs on one rank for now, not on %d: start it without "
+                    "mpirun\n",
+                    ranks);
+        status = 1;
+    } else {
+        banner_program(directory);
+        run r = {.directory = directory};
+        status = solve(&r);
+    }
+    MPI_Finalize();
+    return status;
+}
