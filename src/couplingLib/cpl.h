@@ -75,13 +75,15 @@ typedef enum cpl_map_model {
 
 typedef struct cpl_map cpl_map;
 
-/* packing_limit: largest solid fraction of a cell, (0, 1). */
+/* packing_limit: largest solid fraction of a cell, (0, 1). On error *map may carry the message. */
 cpl_status cpl_map_new(const cpl_mesh *mesh, cpl_map_model model, double packing_limit,
                        cpl_map **map);
 void cpl_map_free(cpl_map *map);
 const char *cpl_map_message(const cpl_map *map);
 
-/* Build the rows for n particles of centre x, radius and volume V. Applies the packing limit. */
+/* Build the rows for n particles of centre x, radius and volume V. Applies the packing limit. Cost
+ * is linear in n; nothing is allocated once the arrays have grown. After an error the map is of
+ * no use until the next good build. */
 cpl_status cpl_map_build(cpl_map *map, size_t n, const double (*x)[3], const double *radius,
                          const double *V);
 
@@ -144,8 +146,8 @@ cpl_param cpl_param_default(void);
  *     f + k (w - v) - M dv/dt   with   f = L + g C/dt + M a,  k = kappa/eps^2,  w = v now,
  *     M = rho V (1 - eps)/eps where rho (1-eps)/(eps rho_p) > added_mass_above, else 0.
  * L, C [n][3]: force of the last solve (N), carried imbalance (N s); a [n][3]: mean acceleration
- * of the particles around in the last step (m/s2). All output arrays caller's. With CPL_EXPLICIT:
- * f = L + g C/dt, k = 0, M = 0.
+ * of the particles around in the last step (m/s2). All output arrays caller's; eps > 0. With
+ * CPL_EXPLICIT: f = L + g C/dt, k = 0, M = 0. Stability: force.c.
  */
 void cpl_predict(const cpl_param *param, size_t n, double dt, double rho, const double *eps,
                  const double *kappa, const double *V, const double *mass, const double (*L)[3],
@@ -180,7 +182,8 @@ typedef struct cpl_entry {
 
 typedef struct cpl_ledger cpl_ledger;
 
-/* Writes <directory>/ledger.csv (created with its directories; a restart appends). */
+/* Writes <directory>/ledger.csv (created with its directories; a restart appends). directory NULL:
+ * no file, balances are checked all the same. On error *ledger may carry the message; free it. */
 cpl_status cpl_ledger_new(const char *directory, double tolerance, int append, cpl_ledger **ledger);
 void cpl_ledger_free(cpl_ledger *ledger);
 /* Book a step: writes a row; CPL_IMBALANCE when a residual passes the tolerance, named in message.

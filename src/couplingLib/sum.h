@@ -2,14 +2,13 @@
 /**
  * sum.h - compensated summation, so that a balance over a million particles closes to rounding.
  *
- * Neumaier's variant of Kahan's sum: the error is of the order of one rounding of the result plus
- * one of the sum of magnitudes squared, whatever the number of terms.
- * A. Neumaier, Z. angew. Math. Mech. 54 (1974) 39, doi:10.1002/zamm.19740540106.
+ * The rounding error of every addition is found exactly by Knuth's branch-free two-sum and summed
+ * apart: the result is as if summed in twice the precision, whatever the number of terms.
+ * T. Ogita, S.M. Rump & S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955,
+ * doi:10.1137/030601818 (Sum2).
  */
 #ifndef CPL_SUM_H
 #define CPL_SUM_H
-
-#include <math.h>
 
 typedef struct cpl_sum {
     double sum, lost;
@@ -17,8 +16,8 @@ typedef struct cpl_sum {
 
 static inline void cpl_add(cpl_sum *s, double x)
 {
-    const double t = s->sum + x;
-    s->lost += fabs(s->sum) >= fabs(x) ? (s->sum - t) + x : (x - t) + s->sum;
+    const double t = s->sum + x, part = t - s->sum;
+    s->lost += (s->sum - (t - part)) + (x - part);
     s->sum = t;
 }
 

@@ -82,7 +82,7 @@ int phase_book(phase *ph, const double fluid_drag[3], const double fluid_pressur
 {
     phase_sums local = local_sums(ph);
     local.exchange_scale = exchange_scale(ph);
-    const phase_sums now = reduce(ph, &local), *start = &ph->at_start;
+    const phase_sums now = reduce(ph, &local), start = ph->at_start;
     const dem_report dem = dem_last_report(ph->dem);
     cpl_entry e = {.time = dem_time(ph->dem),
                    .particle_volume = ph->report.map.solid_volume,
@@ -93,19 +93,21 @@ int phase_book(phase *ph, const double fluid_drag[3], const double fluid_pressur
         e.fluid_pressure[a] = fluid_pressure[a] * ph->dt;
         e.particle_force[a] = now.force[a] * ph->dt;
         e.delivered[a] = now.delivered[a];
-        e.carried_before[a] = start->carried[a];
+        e.carried_before[a] = start.carried[a];
         e.carried[a] = now.carried[a];
-        e.momentum_before[a] = start->momentum[a];
+        e.momentum_before[a] = start.momentum[a];
         e.momentum[a] = now.momentum[a];
         e.gravity[a] = dem.gravity_impulse[a];
         e.walls[a] = dem.wall_impulse[a];
     }
     e.scale =
-        now.exchange_scale * ph->dt + now.carried_scale + start->carried_scale + now.impulse_scale;
+        now.exchange_scale * ph->dt + now.carried_scale + start.carried_scale + now.impulse_scale;
     e.momentum_scale =
-        now.speed_scale + start->speed_scale + now.impulse_scale + size(e.gravity) + size(e.walls);
+        now.speed_scale + start.speed_scale + now.impulse_scale + size(e.gravity) + size(e.walls);
     ph->report.height =
         now.mass > 0 && size(ph->up) > 0 ? 2 * (now.moment / now.mass - ph->floor) : 0;
+    ph->at_start = now;
+    ph->revision = dem_particles(ph->dem).revision;
     const cpl_status status = cpl_ledger_book(ph->ledger, &e);
     ph->report.ledger_residual = cpl_ledger_residual(ph->ledger);
     return status ? phase_fail(ph, DEM_IO + status, "%s", cpl_ledger_message(ph->ledger)) : 0;

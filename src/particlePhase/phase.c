@@ -229,7 +229,7 @@ int phase_new(MPI_Comm comm, const phase_param *param, phase **result)
     memcpy(ph->eps_before, ph->eps, ph->mesh.n * sizeof *ph->eps);
     find_velocity(ph);
     failed = phase_drag(ph, (const double(*)[3])ph->Us);
-    ph->at_start = phase_sum(ph);
+    ph->revision = UINT64_MAX;
     ph->report.map = cpl_map_last_report(ph->map);
     return failed;
 }
@@ -290,9 +290,10 @@ int phase_advance(phase *ph, double dt)
     const double start = MPI_Wtime();
     if (find_volumes(ph)) return DEM_NO_MEMORY; /* particles may have been added */
     ph->dt = dt;
-    ph->at_start = phase_sum(ph);
+    if (ph->revision != dem_particles(ph->dem).revision) ph->at_start = phase_sum(ph);
     int failed = predict(ph, dt);
     if (failed) return failed;
+    ph->revision = UINT64_MAX; /* none, until the step is booked */
     const dem_status moved = dem_advance(ph->dem, dt, 0);
     if (moved) return dem_failed(ph, moved);
     const double middle = MPI_Wtime();

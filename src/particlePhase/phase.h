@@ -14,8 +14,13 @@
  * hands back to phase_settle cell fields that are the transpose of that interpolation, so that the
  * momentum it lost and the momentum the particles are booked are the same sum.
  *
- * Collective over the communicator. phase_status values are DEM or CPL errors translated to
- * nonzero; the text is in phase_message().
+ * Collective over the communicator, which for now must have one rank. Functions return 0, a
+ * dem_status, or DEM_IO + a cpl_status; the text is in phase_message().
+ *
+ * A particle that has not met the fluid yet starts with the buoyancy of a fluid at rest. What the
+ * particles carry from step to step lives in columns of the engine: carried, fluidForce [3],
+ * dragCoefficient, voidFraction [1], and where the fluid's inertia can matter acceleration,
+ * velocityBefore [3].
  */
 #ifndef PHASE_H
 #define PHASE_H
@@ -38,6 +43,7 @@ typedef struct phase_param {
     const char *ledger;   /* directory of ledger.csv, NULL: none is written (still checked) */
 } phase_param;
 
+/* On error *phase may be non-NULL and then carries only the message; free it all the same. */
 int phase_new(MPI_Comm comm, const phase_param *param, phase **phase);
 void phase_free(phase *phase);
 const char *phase_message(const phase *phase);
@@ -81,14 +87,15 @@ typedef struct phase_report {
     cpl_map_report map;
     double stiffness; /* largest K dt/(rho eps) of the last step */
     double ledger_residual;
-    double height; /* mean bed height: twice the mean height of the particles along -gravity
+    double height; /* mean bed height: twice the mass-weighted mean height along -gravity
                       above the lowest wall or mesh bound, m */
     double seconds_dem, seconds_map, seconds_drag; /* wall-clock, last step */
 } phase_report;
 
 phase_report phase_last_report(const phase *phase);
-/* The line of the log for a step, design: time, eps, Courant, contacts, overlap, stiffness, ledger,
- * wall time per part, time to completion. seconds_fluid: the solver's own part. */
+/* The line of the log for a step, without newline; returns its length like snprintf. Time, eps,
+ * Courant, contacts (with walls), overlap, stiffness, ledger, wall time per part, time to
+ * completion. seconds_fluid: the solver's own part. */
 int phase_log(const phase *phase, char *line, size_t size, double time, double end_time,
               double courant, double seconds_fluid, double seconds_elapsed, double start_time);
 

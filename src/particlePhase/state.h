@@ -51,6 +51,7 @@ struct phase {
     vector *S, *Us, *vector_cell;
 
     phase_sums at_start; /* of the step */
+    uint64_t revision;   /* of the particles that at_start holds for */
     phase_report report;
     char message[512];
 };
