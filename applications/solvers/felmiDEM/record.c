@@ -51,12 +51,12 @@ record *record_new(const char *directory, const dem_sim *sim, const double gravi
         record_free(r);
         return NULL;
     }
-    fputs("# s, -, -, -, overlap/radius, m/s, J, J, J, kg m/s, m\n"
+    fputs("# s,-,-,-,-,m/s,J,J,J,kg m/s,kg m/s,kg m/s,m,m,m\n"
           "time,particles,contacts,wallContacts,overlap,speed,kineticEnergy,rotationalEnergy,"
           "potentialEnergy,momentum.x,momentum.y,momentum.z,centre.x,centre.y,centre.z\n",
           r->particles);
     if (r->walls != NULL) {
-        fputs("# s, N: force of the particles on each wall, mean over the step\ntime", r->walls);
+        fputs("# force of the particles on each wall, mean over the step\ntime", r->walls);
         for (size_t w = 0; w < dem_walls(sim); w++) {
             const char *name = dem_wall_name(sim, w);
             fprintf(r->walls, ",%s.x,%s.y,%s.z", name, name, name);
