@@ -40,9 +40,8 @@ static int read_vertices(box *box)
     double scale =
         read_number(box->dict, case_has(box->dict, "scale") ? "scale" : "convertToMeters", "",
                     &(double){1}, case_positive, box->errors);
-    const entry *entry = dict_match(box->dict, "vertices");
-    const node *list = entry ? entry->value : NULL;
-    if (list && (list->kind != NODE_LIST || list->next || list->width != 3 || list->n == 0)) {
+    const node *list = list_value(box->dict, "vertices");
+    if (list && (list->width != 3 || list->n == 0)) {
         key_error(box->errors, box->dict, "vertices", "accepted: a list of points (x y z)");
         return 0;
     }
@@ -99,9 +98,8 @@ static int read_cells(box *box, const node *counts)
 
 static int read_block(box *box)
 {
-    const entry *entry = dict_match(box->dict, "blocks");
-    const node *list = entry ? entry->value : NULL;
-    if (!list || list->kind != NODE_LIST || list->next) return refuse_block(box, "no list found");
+    const node *list = list_value(box->dict, "blocks");
+    if (!list) return refuse_block(box, "no list found");
     const node *at = list->first;
     if (!is_word(at, "hex")) return refuse_block(box, "the block is not a hex");
     at = at->next;
@@ -239,14 +237,14 @@ static void read_boundary(box *box)
 /* patches ( type name ((v0 v1 v2 v3) ...) ... ), the form before OpenFOAM 2 */
 static void read_patches(box *box)
 {
-    const entry *entry = dict_match(box->dict, "patches");
-    const node *at = entry->value && entry->value->kind == NODE_LIST ? entry->value->first : NULL;
+    const node *list = list_value(box->dict, "patches");
+    const node *at = list ? list->first : NULL;
     for (; at && at->next && at->next->next; at = at->next->next->next) {
         const node *name = at->next, *faces = name->next;
         int type = 0;
         while (type_words[type] && !is_word(at, type_words[type])) type++;
         if (!type_words[type] || name->kind != NODE_WORD) {
-            case_error(box->errors, entry->file, at->line,
+            case_error(box->errors, box->dict->file, at->line,
                        "patches: accepted: type name ((v0 v1 v2 v3) ...), with the types patch, "
                        "wall, symmetry, empty, cyclic, symmetryPlane");
             return;

@@ -120,6 +120,9 @@ double read_number(const case_dict *dict, const char *key, const char *unit, con
 /* As case_vector; required when missing is NULL. */
 int read_vector(const case_dict *dict, const char *key, const char *unit, const double missing[3],
                 double value[3], case_errors *errors);
+/* The list that is the value of a key, NULL if it is none. A number before it is read over: of
+ * blocks or patches, say, which are several members each. */
+const node *list_value(const case_dict *dict, const char *key);
 /* Write the value of a key as a user would recognise it. */
 void describe_value(const entry *entry, char *text, size_t size);
 

@@ -313,15 +313,17 @@ size_t case_numbers(const case_dict *dict, const char *key, double **value, case
     return 0;
 }
 
-static const node *list_of(const case_dict *dict, const char *key)
+const node *list_value(const case_dict *dict, const char *key)
 {
     const entry *entry = dict_match(dict, key);
-    return entry && entry->value && entry->value->kind == NODE_LIST ? entry->value : NULL;
+    const node *list = entry ? entry->value : NULL;
+    if (list && list->kind == NODE_NUMBER) list = list->next;
+    return list && list->kind == NODE_LIST && !list->next ? list : NULL;
 }
 
 size_t case_list_size(const case_dict *dict, const char *key)
 {
-    const node *list = list_of(dict, key);
+    const node *list = list_value(dict, key);
     size_t n = 0;
     for (const node *member = list ? list->first : NULL; member; member = member->next)
         n += member->kind == NODE_DICT;
@@ -330,7 +332,7 @@ size_t case_list_size(const case_dict *dict, const char *key)
 
 const case_dict *case_list_at(const case_dict *dict, const char *key, size_t i)
 {
-    const node *list = list_of(dict, key);
+    const node *list = list_value(dict, key);
     for (const node *member = list ? list->first : NULL; member; member = member->next)
         if (member->kind == NODE_DICT && i-- == 0) return member->dict;
     return NULL;

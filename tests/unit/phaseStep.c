@@ -23,7 +23,7 @@ static phase_box glass_in_air(void)
                        .gravity = {0, 0, -9.81},
                        .velocity = {.21, -.13, .34},
                        .stiffness = 40,
-                       .cells = 2,
+                       .cells = {2, 2, 2},
                        .coupling = cpl_param_default()};
 }
 
