@@ -97,6 +97,8 @@ def choose(snapshots, count, times):
         all_times = np.array([time for time, _ in snapshots])
         return [snapshots[int(np.argmin(abs(all_times - t)))] for t in wanted]
     count = min(count, len(snapshots))
+    if count == 1:
+        return snapshots[-1:]
     return [snapshots[i] for i in
             np.unique(np.linspace(0, len(snapshots) - 1, count).round().astype(int))]
 
@@ -121,7 +123,7 @@ def toward_viewer(right, up):
     return depth, 1 if (right + 1) % 3 == up else -1
 
 
-def draw(axes, snapshot, right, up, unit, norm, args):
+def draw(axes, snapshot, right, up, unit, points_per_unit, norm, args):
     x, d, value = snapshot
     depth, sign = toward_viewer(right, up)
     keep = np.ones(len(x), bool)
@@ -129,10 +131,13 @@ def draw(axes, snapshot, right, up, unit, norm, args):
         keep = (x[:, depth] >= args.slice[0]) & (x[:, depth] <= args.slice[1])
     order = np.flatnonzero(keep)[np.argsort(sign * x[keep, depth], kind="stable")]
     size = d[order] * unit
+    # A rim only where there is room for it: on small circles it would cover the colour.
+    points = np.median(size) * points_per_unit if len(size) else 0
+    rim = float(np.clip(0.04 * (points - 2), 0, 0.4))
     circles = EllipseCollection(
         size, size, np.zeros(len(order)), units="xy", transOffset=axes.transData,
         offsets=x[order][:, [right, up]] * unit, array=value[order], norm=norm,
-        cmap=args.colourMap, edgecolors=(0, 0, 0, 0.45), linewidths=0.15)
+        cmap=args.colourMap, edgecolors=(0, 0, 0, 0.5), linewidths=rim)
     axes.add_collection(circles)
     return circles
 
@@ -165,7 +170,7 @@ def colour_norm(snapshots, limits):
 
 
 def lay_out(count, columns, box):
-    """Figure and axes of panels as large as a page of 10 x 6 inches lets them be."""
+    """Figure, axes as large as a page of 10 x 6 inches lets them be, and points a unit."""
     columns = min(columns or count, count)
     rows = -(-count // columns)
     width, height = box[1] - box[0], box[3] - box[2]
@@ -175,7 +180,7 @@ def lay_out(count, columns, box):
         rows, columns, squeeze=False, sharex=True, sharey=True,
         figsize=(max(columns * width * scale + side, 3.2), max(rows * height * scale + top, 2.0)),
         layout="constrained")
-    return figure, axes
+    return figure, axes, 72 * scale
 
 
 def main():
@@ -188,11 +193,11 @@ def main():
     unit, name = (1e3, "mm") if max(box[1] - box[0], box[3] - box[2]) < 1 else (1, "m")
     box = box * unit
     norm = colour_norm(snapshots, args.range)
-    figure, axes = lay_out(len(chosen), args.columns, box)
+    figure, axes, points_per_unit = lay_out(len(chosen), args.columns, box)
     for panel in axes.flat[len(chosen):]:
         panel.set_axis_off()
     for panel, (time, _), snapshot in zip(axes.flat, chosen, snapshots):
-        circles = draw(panel, snapshot, right, up, unit, norm, args)
+        circles = draw(panel, snapshot, right, up, unit, points_per_unit, norm, args)
         panel.set(xlim=box[:2], ylim=box[2:], aspect="equal", title=f"$t$ = {time:g} s")
         panel.spines[:].set_visible(True)
         panel.label_outer()
