@@ -18,7 +18,7 @@ enum { PERIODS = 4, PHASE_BOX_N = 4 * PERIODS * PERIODS * PERIODS };
 typedef struct phase_box {
     double eps, d, density, rho, mu, gravity[3], velocity[3];
     double stiffness; /* of contacts, N/m: sets the sub-step, the lattice itself never touches */
-    int cells;        /* of the mesh in each direction: 1, 2 or 4 */
+    int cells[3];     /* of the mesh: 1, 2 or 4 along each axis */
     const char *ledger;
     cpl_param coupling;
     /* made by phase_box_new */
@@ -52,11 +52,10 @@ static inline int phase_box_new(phase_box *b)
     const double pi = 3.14159265358979323846, origin[3] = {0, 0, 0};
     b->period = b->d * cbrt(4 * pi / 6 / (1 - b->eps));
     phase_box_lattice(b);
-    const double side = PERIODS * b->period, h = side / b->cells;
-    const int cells[3] = {b->cells, b->cells, b->cells};
+    const double side = PERIODS * b->period;
+    const double h[3] = {side / b->cells[0], side / b->cells[1], side / b->cells[2]};
     const int periodic[3] = {1, 1, 1};
-    assert_int_equal(cpl_mesh_box(&b->mesh, cells, origin, (const double[3]){h, h, h}, periodic),
-                     CPL_OK);
+    assert_int_equal(cpl_mesh_box(&b->mesh, b->cells, origin, h, periodic), CPL_OK);
     b->material = (dem_material){.name = "glass", .density = b->density};
     b->pair = (dem_pair){
         .restitution = .9, .friction = .1, .stiffness = b->stiffness, .stiffness_ratio = 1};

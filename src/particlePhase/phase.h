@@ -88,7 +88,7 @@ typedef struct phase_report {
     double stiffness; /* largest K dt/(rho eps) of the last step */
     double ledger_residual;
     double height; /* mean bed height: twice the mass-weighted mean height along -gravity
-                      above the lowest wall or mesh bound, m */
+                      above the lowest point of the mesh, m */
     double seconds_dem, seconds_map, seconds_drag; /* wall-clock, last step */
 } phase_report;
 

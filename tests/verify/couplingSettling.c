@@ -84,7 +84,7 @@ static void settle(const suspension *m, double eps, double stiffness)
                    .rho = m->rho,
                    .mu = m->mu,
                    .gravity = {0, 0, -9.81},
-                   .cells = 1,
+                   .cells = {1, 1, 1},
                    .coupling = cpl_param_default()};
     /* e = .8 is where the law of Ergun and Wen & Yu jumps: rounding would choose the branch. */
     b.coupling.drag = eps < .5 ? CPL_ERGUN_WEN_YU : CPL_DI_FELICE;
