@@ -5,8 +5,8 @@
  * Cells against particles: the volume-averaged equations need cells larger than the particles;
  * below one diameter they mean nothing, and results stop to depend on the cell at about 1.6
  * diameters (with exact void fractions: Peng, Doroodchi, Luo & Moghtaderi, AIChE J. 60 (2014) 2000,
- * doi:10.1002/aic.14421). Walls: |grad phi| <= 1, so a signed distance larger
- * than the half diagonal of the domain at its centre keeps its sign everywhere in it.
+ * doi:10.1002/aic.14421). Walls are compared with the domain through their
+ * signed distance, which changes by no more than the way gone.
  */
 #include "particles.h"
 
@@ -88,23 +88,45 @@ static void check_positions(const case_mesh *mesh, const case_dem *dem, size_t i
     }
 }
 
+/* Is there a point with phi > 0 in the box? Found by halving boxes that may hold one, down to
+ * `level` halvings: |grad phi| <= 1, so phi is below zero all over a box if it is below minus the
+ * half diagonal at the centre. */
+static int has_room(const dem_sdf *shape, const double centre[3], const double half[3], int level)
+{
+    double phi = dem_sdf_distance(shape, centre);
+    double reach = sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
+    if (phi > 0) return 1;
+    if (phi < -reach || level == 0) return 0;
+    const double quarter[3] = {.5 * half[0], .5 * half[1], .5 * half[2]};
+    for (int octant = 0; octant < 8; octant++) {
+        double at[3];
+        for (int a = 0; a < 3; a++)
+            at[a] = centre[a] + (octant >> a & 1 ? quarter[a] : -quarter[a]);
+        if (has_room(shape, at, quarter, level - 1)) return 1;
+    }
+    return 0;
+}
+
 static void check_walls(const case_dem *dem, case_errors *errors)
 {
+    enum { LEVELS = 6 }; /* room narrower than 1/64 of the domain does not count */
     const dem_param *param = &dem->param;
     const particle_storage *storage = dem->storage;
-    double centre[3], half = 0;
+    double centre[3], half[3];
     for (int a = 0; a < 3; a++) {
         centre[a] = .5 * (param->lo[a] + param->hi[a]);
-        half += .25 * (param->hi[a] - param->lo[a]) * (param->hi[a] - param->lo[a]);
+        half[a] = .5 * (param->hi[a] - param->lo[a]);
     }
-    half = sqrt(half);
+    double reach = sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
     for (size_t w = 0; w < param->n_wall; w++) {
+        const dem_sdf *shape = param->wall[w].shape;
         const place *at = &storage->wall[w];
-        if (!param->wall[w].shape) continue;
-        double phi = dem_sdf_distance(param->wall[w].shape, centre);
-        const char *why = phi > half    ? "lies wholly outside the domain and touches no particle"
-                          : phi < -half ? "fills the whole domain: is 'inside' or the normal wrong?"
-                                        : NULL;
+        if (!shape) continue;
+        const char *why = NULL;
+        if (dem_sdf_distance(shape, centre) > reach)
+            why = "lies wholly outside the domain and touches no particle";
+        else if (!has_room(shape, centre, half, LEVELS))
+            why = "fills the whole domain: is 'inside' or the normal wrong?";
         if (why)
             case_error(errors, at->file, at->line,
                        "walls.%s.shape: the wall %s; the domain is (%g %g %g) to (%g %g %g) m",

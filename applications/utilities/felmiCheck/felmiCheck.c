@@ -99,6 +99,13 @@ static void print_flow(const whole_case *c)
            c->fluid.gravity[2]);
 }
 
+static int is_inserted(const dem_param *p, size_t material)
+{
+    for (size_t i = 0; i < p->n_insertion; i++)
+        if (p->insertion[i].material == (int)material) return 1;
+    return 0;
+}
+
 static void print_materials(const dem_param *p)
 {
     printf("materials  %-16s %14s %18s %13s\n", "", "density kg/m3", "youngsModulus Pa",
@@ -110,6 +117,7 @@ static void print_materials(const dem_param *p)
            "friction", p->law == DEM_LINEAR ? "linear" : "hertz");
     for (size_t i = 0; i < p->n_material; i++)
         for (size_t j = i; j < p->n_material; j++) {
+            if (!is_inserted(p, i) && !is_inserted(p, j)) continue; /* walls do not meet */
             const dem_pair *pair = &p->pair[i * p->n_material + j];
             char names[2 * DEM_NAME + 2];
             snprintf(names, sizeof names, "%s %s", p->material[i].name, p->material[j].name);
