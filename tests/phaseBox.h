@@ -19,6 +19,7 @@ typedef struct phase_box {
     double eps, d, density, rho, mu, gravity[3], velocity[3];
     double stiffness; /* of contacts, N/m: sets the sub-step, the lattice itself never touches */
     int cells[3];     /* of the mesh: 1, 2 or 4 along each axis */
+    double wave;      /* amplitude of a density wave along z that starts with the run, m */
     const char *ledger;
     cpl_param coupling;
     /* made by phase_box_new */
@@ -35,6 +36,7 @@ typedef struct phase_box {
 static inline void phase_box_lattice(phase_box *b)
 {
     static const double base[4][3] = {{.1, .2, .3}, {.6, .7, .3}, {.6, .2, .8}, {.1, .7, .8}};
+    const double turn = 6.28318530717958648;
     int n = 0;
     for (int i = 0; i < PERIODS; i++)
         for (int j = 0; j < PERIODS; j++)
@@ -42,7 +44,8 @@ static inline void phase_box_lattice(phase_box *b)
                 for (int s = 0; s < 4; s++, n++) {
                     b->x[n][0] = b->period * (i + base[s][0]);
                     b->x[n][1] = b->period * (j + base[s][1]);
-                    b->x[n][2] = b->period * (k + base[s][2]);
+                    const double z = b->period * (k + base[s][2]);
+                    b->x[n][2] = z + b->wave * sin(turn * z / (PERIODS * b->period));
                 }
 }
 
