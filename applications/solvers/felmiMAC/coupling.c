@@ -24,11 +24,14 @@ int mac_coupled_new(mac_coupled *c, const mac_param *flow, const dem_param *dem,
                     const cpl_param *coupling, const char *ledger, char *message, size_t size)
 {
     memset(c, 0, sizeof *c);
-    c->fluid = mac_new(flow);
+    mac_param fluid = *flow;
+    fluid.explicit_drag = dem && coupling->scheme == CPL_EXPLICIT;
+    c->fluid = mac_new(&fluid);
     c->cells = (size_t)flow->n[0] * (size_t)flow->n[1] * (size_t)flow->n[2];
     c->U = calloc(c->cells, sizeof *c->U);
     c->gradient = calloc(c->cells, sizeof *c->gradient);
-    if (!c->fluid || !c->U || !c->gradient)
+    c->tensor = calloc(c->cells, sizeof *c->tensor);
+    if (!c->fluid || !c->U || !c->gradient || !c->tensor)
         return fail(message, size, "no memory for the fluid's fields");
     if (!dem) return 0;
     if (cpl_mesh_box(&c->mesh, flow->n, flow->lo, flow->h, c->fluid->grid.periodic))
@@ -53,6 +56,7 @@ void mac_coupled_free(mac_coupled *c)
     mac_free(c->fluid);
     free(c->U);
     free(c->gradient);
+    free(c->tensor);
     memset(c, 0, sizeof *c);
 }
 
@@ -76,7 +80,7 @@ int mac_coupled_step(mac_coupled *c, double dt, char *message, size_t size)
         if (phase_advance(ph, dt)) return fail(message, size, phase_message(ph));
         mac_set_cells(m, phase_voidage_before(ph), 1, &m->eps_old);
         mac_set_cells(m, phase_voidage(ph), 1, &m->eps);
-        mac_cell_velocity(m, c->U);
+        mac_drag_velocity(m, phase_Us(ph), c->U);
         if (phase_drag(ph, (const double(*)[3])c->U)) return fail(message, size, phase_message(ph));
         mac_set_cells(m, phase_K(ph), 1, &m->K);
         mac_set_cells(m, phase_S(ph)[0], 3, m->S);
@@ -84,10 +88,10 @@ int mac_coupled_step(mac_coupled *c, double dt, char *message, size_t size)
     }
     double start = MPI_Wtime();
     if (mac_step(m, dt)) return fail(message, size, m->message);
-    if (ph) mac_exchange(m, c->U, c->gradient, c->drag, c->pressure);
+    if (ph) mac_exchange(m, c->U, c->tensor, c->gradient, c->drag, c->pressure);
     c->seconds_fluid = MPI_Wtime() - start;
-    if (ph && phase_settle(ph, (const double(*)[3])c->U, (const double(*)[3])c->gradient, NULL,
-                           c->drag, c->pressure))
+    if (ph && phase_settle(ph, (const double(*)[3])c->U, (const double(*)[3])c->gradient,
+                           (const double(*)[9])c->tensor, c->drag, c->pressure))
         return fail(message, size, phase_message(ph));
     return 0;
 }

@@ -13,9 +13,9 @@ typedef struct mac_coupled {
     phase *particles; /* NULL: fluid alone */
     cpl_mesh mesh;
     size_t cells;
-    double (*U)[3], (*gradient)[3]; /* [cells], scratch */
-    double drag[3], pressure[3];    /* on the particles in the last step, N */
-    double seconds_fluid;           /* wall-clock of the last step without the particles' part */
+    double (*U)[3], (*gradient)[3], (*tensor)[9]; /* [cells], scratch */
+    double drag[3], pressure[3];                  /* on the particles in the last step, N */
+    double seconds_fluid; /* wall-clock of the last step without the particles' part */
 } mac_coupled;
 
 /* Takes what `dem` and `coupling` describe; `dem` NULL: no particles. 0, or -1 with the text in

@@ -34,13 +34,13 @@ static int allocate(double **array, size_t size)
 static int allocate_fields(mac *m)
 {
     size_t size = m->grid.size;
-    double **scalar[6] = {&m->p, &m->eps, &m->eps_old, &m->K, &m->work, NULL};
+    double **scalar[6] = {&m->p, &m->eps, &m->eps_old, &m->K, &m->k, &m->work};
     int failed = 0;
-    for (int a = 0; scalar[a]; a++) failed |= allocate(scalar[a], size);
+    for (int a = 0; a < 6; a++) failed |= allocate(scalar[a], size);
     for (int d = 0; d < 3; d++) {
-        double **face[6] = {&m->u[d],    &m->dp[d],  &m->S[d],
+        double **face[7] = {&m->u[d],    &m->dp[d],  &m->S[d],       &m->s[d],
                             &m->flux[d], &m->rhs[d], &m->mobility[d]};
-        for (int a = 0; a < 6; a++) failed |= allocate(face[a], size);
+        for (int a = 0; a < 7; a++) failed |= allocate(face[a], size);
         if (m->param.hold_flux[d]) failed |= allocate(&m->response[d], size);
     }
     if (failed) return -1;
@@ -80,12 +80,12 @@ mac *mac_new(const mac_param *param)
 void mac_free(mac *m)
 {
     if (!m) return;
-    double *scalar[5] = {m->p, m->eps, m->eps_old, m->K, m->work};
-    for (int a = 0; a < 5; a++) free(scalar[a]);
+    double *scalar[6] = {m->p, m->eps, m->eps_old, m->K, m->k, m->work};
+    for (int a = 0; a < 6; a++) free(scalar[a]);
     for (int d = 0; d < 3; d++) {
-        double *face[7] = {m->u[d],   m->dp[d],       m->S[d],       m->flux[d],
-                           m->rhs[d], m->mobility[d], m->response[d]};
-        for (int a = 0; a < 7; a++) free(face[a]);
+        double *face[8] = {m->u[d],    m->dp[d],  m->S[d],        m->s[d],
+                           m->flux[d], m->rhs[d], m->mobility[d], m->response[d]};
+        for (int a = 0; a < 8; a++) free(face[a]);
     }
     mac_poisson_free(&m->poisson);
     free(m);
@@ -115,6 +115,22 @@ void mac_cell_velocity(const mac *m, double (*U)[3])
                 size_t q = mac_at(g, i, j, k);
                 for (int d = 0; d < 3; d++)
                     (*U)[d] = 0.5 * (m->u[d][q] + m->u[d][q + g->stride[d]]);
+            }
+}
+
+void mac_drag_velocity(const mac *m, const double (*v)[3], double (*U)[3])
+{
+    const mac_grid *g = &m->grid;
+    for (int k = 1; k <= g->n[2]; k++)
+        for (int j = 1; j <= g->n[1]; j++)
+            for (int i = 1; i <= g->n[0]; i++, U++, v++) {
+                size_t q = mac_at(g, i, j, k);
+                for (int d = 0; d < 3; d++) {
+                    size_t s = g->stride[d];
+                    double low = mac_face(m->eps, q, s) * (m->u[d][q] - (*v)[d]);
+                    double high = mac_face(m->eps, q + s, s) * (m->u[d][q + s] - (*v)[d]);
+                    (*U)[d] = (*v)[d] + 0.5 * (low + high) / m->eps[q];
+                }
             }
 }
 
@@ -148,6 +164,15 @@ static void keep_given_momentum(mac *m)
                            (size_t)p * g->stride[a] + (size_t)q * g->stride[b];
                 m->dp[d][f] = mac_face(m->eps_old, f, g->stride[d]) * m->u[d][f];
             }
+    }
+}
+
+static void scale_drag(mac *m)
+{
+    for (size_t q = 0; q < m->grid.size; q++) {
+        double factor = m->param.explicit_drag ? 1 : 1 / (m->eps[q] * m->eps[q]);
+        m->k[q] = factor * m->K[q];
+        for (int d = 0; d < 3; d++) m->s[d][q] = factor * m->S[d][q];
     }
 }
 
@@ -193,6 +218,7 @@ int mac_step(mac *m, double dt)
     keep_given_momentum(m);
     mac_boundary_values(m);
     mac_fill_velocity(m);
+    scale_drag(m);
     carrying_flux(m);
     mac_explicit_terms(m);
     if (mac_project(m, dt)) return -1;

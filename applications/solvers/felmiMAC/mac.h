@@ -11,8 +11,11 @@
  * ghosts 0 and n+1; face i is the lower face of cell i, 1..n+1, with ghosts 0 and n+2. In a
  * periodic direction face n+1 is face 1. The element (i, j, k) is at i + j stride[1] + k stride[2].
  *
- * Face values: eps_f, K_f, S_f are the means of the two cells; a boundary face has those of the
- * cell inside and a control volume of half a cell.
+ * Face values. eps_f is the mean of the two cells. Drag is  K_f = eps_f^2 mean(K/eps^2)  and S_f
+ * likewise: with q = eps u the gradient that balances it is then mean(K/eps^2) q, the resistance of
+ * the two half cells in series, also where a bed ends (the plain mean of K would lose a third of a
+ * cell at each end of a bed). Explicit drag takes the plain mean of S. A boundary face has the
+ * values of the cell inside and a control volume of half a cell.
  *
  * Reference: F. H. Harlow & J. E. Welch, Phys. Fluids 8 (1965) 2182, doi:10.1063/1.1761178;
  * Y. Mori, doctoral thesis, University of Tokyo (2021), 2.4.
@@ -62,6 +65,7 @@ typedef struct mac_param {
     mac_cycle cycle;
     double tolerance; /* of the pressure equation, relative to its right-hand side */
     int max_iterations;
+    int explicit_drag;      /* S is the whole drag, of the old velocity, and K = 0 */
     size_t reference_cell;  /* where no side gives the pressure: p of this cell ... */
     double reference_value; /* ... is this, Pa */
     int hold_flux[3];       /* keep the mean volume flux of this periodic direction ... */
@@ -100,6 +104,7 @@ typedef struct mac {
     double *dp[3];         /* pressure gradient at the faces in the last step, mean part included */
     double *eps, *eps_old; /* void fraction at the end and the start of the step */
     double *K, *S[3];      /* drag coefficient kg/m3/s and source N/m3 */
+    double *k, *s[3];      /* K and S over eps^2 (as they are with explicit drag) */
     double *flux[3];       /* eps u that carries momentum */
     double *rhs[3];        /* convection, viscosity, gravity, N/m3 */
     double *mobility[3];   /* (dt/rho) alpha_d, m3 s/kg; 0 where the velocity is given */
@@ -116,10 +121,16 @@ static inline size_t mac_at(const mac_grid *g, int i, int j, int k)
     return (size_t)i + (size_t)j * g->stride[1] + (size_t)k * g->stride[2];
 }
 
-/* eps at the lower face of cell m. */
+/* Mean of q at the lower face of cell m. */
 static inline double mac_face(const double *q, size_t m, size_t stride)
 {
     return 0.5 * (q[m] + q[m - stride]);
+}
+
+/* Share of a face of void fraction eps in the drag k or s of its cells. */
+static inline double mac_face_share(const mac *m, double eps)
+{
+    return m->param.explicit_drag ? 1 : eps * eps;
 }
 
 /* ---- life and step --------------------------------------------------------------------------- */
@@ -138,6 +149,9 @@ int mac_step(mac *m, double dt);
 void mac_set_cells(const mac *m, const double *field, int width, double *const *array);
 /* Velocity in the cells: mean of the two faces, [cells][3]. */
 void mac_cell_velocity(const mac *m, double (*U)[3]);
+/* Velocity for the drag law: that of the mean volume flux past particles of velocity v,
+ * v + mean(eps_f (u_f - v))/eps; with v at the end of the step, so with the new eps. */
+void mac_drag_velocity(const mac *m, const double (*v)[3], double (*U)[3]);
 /* Start from a uniform or cell-wise velocity: faces are the means of cells; sides as prescribed. */
 void mac_start(mac *m, const double (*U)[3]);
 
@@ -152,11 +166,12 @@ double mac_face_pressure(const mac *m, int side, size_t inside);
 
 /**
  * What drag and the pressure gradient did to the particles, seen from the cells: the transpose of
- * the mean to faces. u [cells][3]: velocity the drag acted on; grad_p [cells][3], Pa/m; drag and
- * pressure: sums over the faces, sum V_f (K u - S) and -sum V_f (1 - eps) dp, N.
+ * the interpolation to faces. u [cells][3]: velocity the drag acted on; tensor [cells][9]: the same
+ * of a uniform velocity (diagonal); grad_p [cells][3], Pa/m; drag and pressure: sums over the
+ * faces, sum V_f (K u - S) and -sum V_f (1 - eps) dp, N.
  */
-void mac_exchange(const mac *m, double (*u)[3], double (*grad_p)[3], double drag[3],
-                  double pressure[3]);
+void mac_exchange(const mac *m, double (*u)[3], double (*tensor)[9], double (*grad_p)[3],
+                  double drag[3], double pressure[3]);
 
 /* ---- parts of a step (mac_step calls them) --------------------------------------------------- */
 

@@ -56,14 +56,15 @@ static void predict(mac *m, double dt)
         range r = unknown_faces(m, d);
         size_t s = g->stride[d];
         double *restrict u = m->u[d], *restrict mobility = m->mobility[d];
-        const double *restrict rhs = m->rhs[d], *restrict S = m->S[d];
+        const double *restrict rhs = m->rhs[d], *restrict S = m->s[d];
         FOR_RANGE(r, k, j)
         for (int i = r.lo[0]; i <= r.hi[0]; i++) {
             size_t q = mac_at(g, i, j, k);
             double eps = mac_face(m->eps, q, s), old = mac_face(m->eps_old, q, s);
-            double step = dt / (rho * eps), stiff = mac_face(m->K, q, s) * step;
+            double share = mac_face_share(m, eps), step = dt / (rho * eps);
+            double stiff = share * mac_face(m->k, q, s) * step;
             double alpha = 1 / (1 + stiff);
-            u[q] = alpha * (old / eps * u[q] + step * (rhs[q] + mac_face(S, q, s)));
+            u[q] = alpha * (old / eps * u[q] + step * (rhs[q] + share * mac_face(S, q, s)));
             mobility[q] = alpha * dt / rho;
             if (stiff > stiffest) stiffest = stiff;
         }
@@ -353,8 +354,8 @@ static void given_gradients(mac *m, double dt)
             size_t q = mac_at(g, i, j, k);
             double eps = mac_face(m->eps, q, t), u = m->u[d][q];
             double change = m->param.rho * (eps * u - m->dp[d][q]) / dt; /* see keep_... in mac.c */
-            m->dp[d][q] =
-                (m->rhs[d][q] + mac_face(m->S[d], q, t) - mac_face(m->K, q, t) * u - change) / eps;
+            double drag = mac_face(m->k, q, t) * u - mac_face(m->s[d], q, t);
+            m->dp[d][q] = (m->rhs[d][q] - mac_face_share(m, eps) * drag - change) / eps;
         }
     }
 }
