@@ -18,10 +18,10 @@ Description
     with eps the void fraction, U the interstitial velocity, p the pressure
     per density (weight of the fluid included) and S - K U the drag per
     density, implicit in U in momentum and in the pressure equation (Mori and
-    Sakai). Drag, weight and pressure gradient act on faces and reach cells by
-    Perot's reconstruction (faceForces.H), so that a sharp bed surface does not
-    checkerboard; particles are booked the transpose, so that momentum is
-    conserved to rounding.
+    Sakai). Drag, weight and pressure gradient are balanced on faces and reach
+    cells by Perot's reconstruction (faceForces.H): a sharp bed surface neither
+    checkerboards nor costs accuracy. Particles are booked what the cells lose,
+    so that momentum is conserved to rounding.
 
     Particles are those of constant/demProperties, coupled as
     constant/couplingProperties says.
@@ -69,7 +69,7 @@ int main(int argc, char *argv[])
     #include "createTimeControls.H"
     #include "createFields.H"
 
-    particles.report(faces);
+    particles.report();
 
     Info<< "Starting time loop\n" << endl;
 
@@ -96,7 +96,15 @@ int main(int argc, char *argv[])
         {
             // the inlet may follow the void fraction
             U.correctBoundaryConditions();
-            particles.drag(U, K, S, Us);
+
+            // drag laws see the velocity that carries the superficial flux
+            particles.drag
+            (
+                faces.reconstruct(alphaPhi)/voidfraction(),
+                K,
+                S,
+                Us
+            );
 
             #include "UEqn.H"
 

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /*---------------------------------------------------------------------------*\
     What the particle phase prints and writes: the report at the start, the
-    line of a step, the OpenFOAM cloud lagrangian/particles (positions, U, d,
-    rho, origId) and the snapshots in dem.
+    line of a step, the OpenFOAM cloud lagrangian/particles (positions, id,
+    U, d, rho) and the snapshots in dem.
 \*---------------------------------------------------------------------------*/
 
 #include "particlePhase.H"
-#include "faceForces.H"
 #include "clockValue.H"
 #include "IOField.H"
 #include "passiveParticleCloud.H"
@@ -24,20 +23,8 @@ static scalar secondsElapsed()
 }
 
 
-void particlePhase::report(const faceForces& faces) const
+void particlePhase::report() const
 {
-    const bool implicit = coupling_.scheme != CPL_EXPLICIT;
-
-    if (!implicit && !faces.unity())
-    {
-        stopRun
-        (
-            "constant/couplingProperties: scheme: explicit, a reference for"
-            " comparisons, conserves momentum on orthogonal meshes of equal"
-            " cells only; accepted here: semiImplicit"
-        );
-    }
-
     const dem_view particles = dem_particles(phase_engine(phase_));
     const dem_limits limits = dem_time_limits(phase_engine(phase_));
     const scalar deltaT = mesh_.time().deltaTValue();
@@ -50,7 +37,7 @@ void particlePhase::report(const faceForces& faces) const
         << "    d(eps U)/dt + div(eps U U) ="
         << " - eps grad p + eps g + div(eps tau) + S - K U" << nl
         << "    rho " << rho_ << " kg/m3, drag "
-        << (implicit ? "implicit in U" : "explicit")
+        << (coupling_.scheme == CPL_EXPLICIT ? "explicit" : "implicit in U")
         << nl << nl
         << "Mesh: " << mesh_.nCells() << " cells, "
         << (cells_.box() ? "one block of equal cells" : "general") << nl
@@ -171,7 +158,7 @@ void particlePhase::writeCloud() const
 
     writeField<label>
     (
-        particles, "origId", written,
+        particles, "id", written,
         [&](const label i) { return label(view.id[row[i]]); }
     );
     writeField<vector>

@@ -7,7 +7,6 @@
 
 #include "particlePhase.H"
 #include "caseText.H"
-#include "faceForces.H"
 #include "IOdictionary.H"
 
 namespace Foam
@@ -168,6 +167,7 @@ void particlePhase::readCase(const vector& g)
         stopRun(text);
     }
 
+    Info<< case_notes_text(errors) << flush;
     case_errors_free(errors);
 }
 
@@ -241,13 +241,13 @@ void particlePhase::voidage(volScalarField& voidfraction) const
 
 void particlePhase::drag
 (
-    const volVectorField& U,
+    const volVectorField::Internal& u,
     volScalarField& K,
     volVectorField& S,
     volVectorField& Us
 )
 {
-    check(phase_drag(phase_, vectors(U.primitiveField())));
+    check(phase_drag(phase_, vectors(u)));
 
     const double* k = phase_K(phase_);
     cellVectors s = phase_S(phase_);
@@ -268,25 +268,22 @@ void particlePhase::drag
 
 void particlePhase::settle
 (
-    const faceForces& faces,
-    const volVectorField::Internal& u,
-    const volVectorField::Internal& gradp,
+    const volVectorField::Internal& U,
+    const volVectorField::Internal& G,
     const vector& drag,
     const vector& pressure
 )
 {
-    static_assert(sizeof(tensor) == 9*sizeof(double), "rows of nine doubles");
+    const vectorField gradp(rho_*G.field());
 
     check
     (
         phase_settle
         (
             phase_,
-            vectors(u),
+            vectors(U),
             vectors(gradp),
-            faces.unity()
-          ? nullptr
-          : reinterpret_cast<const double (*)[9]>(faces.tensor().cdata()),
+            nullptr,    // faces give a uniform velocity back unchanged
             drag.cdata(),
             pressure.cdata()
         )
