@@ -276,16 +276,10 @@ static meridian eval_solid(const dem_sdf *c, double s, double z)
     const double sign = within ? -1. : 1.;
     if (side.distance <= bottom.distance && side.distance <= top.distance && !side.on_end)
         return from_foot(&side, c->ns, c->nz, sign);
-    /* On a shared corner the discs answer: their feet at the rim are the side's ends. A foot on
-     * the axis is no corner: the disc goes on at the other side of it. */
-    const foot *disc = bottom.distance <= top.distance ? &bottom : &top;
-    foot f = *disc;
-    const double r = disc == &bottom ? c->r0 : c->r1;
-    if (f.on_end && s < r) {
-        f.on_end = 0;
-        f.distance = fabs(f.depth);
-    }
-    return from_foot(&f, 0., disc == &bottom ? -1. : 1., sign);
+    /* On a shared corner the discs answer: their ends at the rim are the side's ends, and on the
+     * axis, the other end, the way to the foot is the normal anyhow. */
+    const int lower = bottom.distance <= top.distance;
+    return from_foot(lower ? &bottom : &top, 0., lower ? -1. : 1., sign);
 }
 
 static meridian eval_sheet(const dem_sdf *c, double s, double z)
