@@ -73,7 +73,7 @@ static void check_positions(const case_mesh *mesh, const case_dem *dem, size_t i
         case_error(
             errors, at->file, at->line,
             "insertion.%s.file: in %s particle %zu, counted from 0, at (%g %g %g) lies outside "
-            "the %s, (%g %g %g) to (%g %g %g) m; %zu particles in all do",
+            "the %s, (%g %g %g) to (%g %g %g) m; %zu in all do",
             insertion->name, storage->positions[i], first_outside, x[0], x[1], x[2],
             mesh ? "mesh" : "domain", param->lo[0], param->lo[1], param->lo[2], param->hi[0],
             param->hi[1], param->hi[2], outside);
@@ -82,7 +82,7 @@ static void check_positions(const case_mesh *mesh, const case_dem *dem, size_t i
         case_error(
             errors, at->file, at->line,
             "insertion.%s.file: in %s particle %zu, counted from 0, at (%g %g %g) lies within "
-            "the wall '%s'; %zu particles in all lie within walls",
+            "the wall '%s'; %zu in all lie within walls",
             insertion->name, storage->positions[i], first_buried, x[0], x[1], x[2],
             param->wall[in_wall].name, buried);
     }

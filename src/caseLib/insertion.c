@@ -49,8 +49,10 @@ static void read_region(particle_reader *reader, const case_dict *dict, dem_inse
     if (!to->region) return;
     for (int a = 0; a < 3; a++) {
         double slack = 1e-9 * (param->hi[a] - param->lo[a]); /* the same number in two files */
-        if (to->lo[a] < param->lo[a] - slack || to->hi[a] > param->hi[a] + slack)
-            key_error(reader->errors, region, "",
+        int below = to->lo[a]<param->lo[a] - slack, above = to->hi[a]> param->hi[a] + slack;
+        const char *key = above ? "max" : "min";
+        if (below || above)
+            key_error(reader->errors, region, case_has(region, key) ? key : "",
                       "the region reaches from %g to %g m in %c, beyond the %s, %g to %g m",
                       to->lo[a], to->hi[a], "xyz"[a], reader -> mesh ? "mesh" : "domain",
                       param->lo[a], param->hi[a]);

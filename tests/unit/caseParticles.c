@@ -196,7 +196,7 @@ static void refused_insertions(void **unused)
         "region, which is 0.1 m wide in x");
     assert_variant_says(
         "(.1 .2 .3)", "(.1 .2 .5)",
-        "insertion.bed.region: the region reaches from 0 to 0.5 m in z, beyond the domain, 0 "
+        "insertion.bed.region.max: the region reaches from 0 to 0.5 m in z, beyond the domain, 0 "
         "to 0.4 m");
     assert_variant_says("(.1 .2 .3)", "(.1 .2 .3); inside yes", "region.inside: unknown key");
     assert_variant_says("type random; material glass; solidFraction .3",
@@ -237,7 +237,7 @@ static void positions(void **unused)
     assert_says(f.errors, "demProperties:11: insertion.bed.file: in ");
     assert_says(f.errors,
                 "constant/spheres particle 1, counted from 0, at (0.01 0.1 0.5) lies outside the "
-                "domain, (0 0 0) to (0.1 0.2 0.4) m; 2 particles in all do");
+                "domain, (0 0 0) to (0.1 0.2 0.4) m; 2 in all do");
     case_dem_free(&dem, 1);
     put_file(&f, "constant/spheres", "((.05 .1 .2) (.01 .1))");
     read_in(&f, list, NULL, NULL, &dem);
