@@ -8,6 +8,12 @@ install(TARGETS demC couplingLib caseLib particlePhase
 install(FILES src/demC/dem.h src/couplingLib/cpl.h src/caseLib/case.h src/particlePhase/phase.h
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/felmi)
 
+# the scripts find each other by their own folder
+install(DIRECTORY applications/utilities/plot DESTINATION ${CMAKE_INSTALL_BINDIR}
+        PATTERN __pycache__ EXCLUDE)
+install(PROGRAMS applications/utilities/felmiPython applications/utilities/felmiPlotParticles
+                 applications/utilities/felmiPlotSeries DESTINATION ${CMAKE_INSTALL_BINDIR})
+
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/felmi)
 install(EXPORT felmi NAMESPACE felmi:: FILE felmiTargets.cmake DESTINATION ${package_dir})
 configure_package_config_file(cmake/felmiConfig.cmake.in felmiConfig.cmake
