@@ -7,7 +7,8 @@
  * are collected, so that a user sees all of them at once, each as
  *     <file>:<line>: <key>: what was found; what is accepted; the nearest match.
  *
- * Getters return the default, or in error NAN (numbers) or the first choice, and never stop.
+ * Getters return the default, or in error NAN (numbers) or the first choice, and never stop; of a
+ * NULL dictionary, whose file could not be read, they do so without another message.
  * Every function that can fail takes a case_errors; after reading, case_errors_count() > 0 means
  * that nothing may be run. Serial: read on each rank.
  */

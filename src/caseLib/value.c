@@ -54,6 +54,7 @@ void key_error(case_errors *errors, const case_dict *dict, const char *key, cons
 {
     char path[512], message[1024];
     const entry *entry = dict_match(dict, key);
+    if (!dict) return; /* its file could not be read, which has been said */
     va_list values;
     va_start(values, format);
     vsnprintf(message, sizeof message, format, values);
@@ -358,7 +359,7 @@ int case_dict_line(const case_dict *dict, const char *key)
 
 size_t case_dict_size(const case_dict *dict)
 {
-    return dict->n;
+    return dict ? dict->n : 0;
 }
 
 const char *case_dict_key(const case_dict *dict, size_t i)
@@ -389,7 +390,7 @@ static int always_known(const case_dict *dict, const entry *entry)
 
 void case_known(const case_dict *dict, const char *const *known, case_errors *errors)
 {
-    for (size_t i = 0; i < dict->n; i++) {
+    for (size_t i = 0; dict && i < dict->n; i++) {
         const entry *entry = dict->entry[i];
         int found = always_known(dict, entry);
         for (const char *const *word = known; *word && !found; word++)

@@ -84,6 +84,24 @@ static void ranges(void **unused)
     }
 }
 
+/* A file that could not be read has been complained of: no crash, no second message. */
+static void no_dictionary(void **unused)
+{
+    (void)unused;
+    const char *const words[] = {"a", NULL};
+    case_errors *errors = case_errors_new();
+    double *value, vector[3];
+    assert_true(isnan(case_scalar(NULL, "a", NULL, case_any, errors)));
+    assert_int_equal(case_numbers(NULL, "a", &value, errors), 0);
+    assert_int_equal(case_choice(NULL, "a", words, -1, errors), 0);
+    case_vector(NULL, "a", NULL, vector, errors);
+    assert_null(case_sub(NULL, "a", 1, errors));
+    case_known(NULL, words, errors);
+    assert_int_equal(case_dict_size(NULL) + case_list_size(NULL, "a"), 0);
+    assert_clean(errors);
+    case_errors_free(errors);
+}
+
 static void switches_vectors_words(void **unused)
 {
     (void)unused;
@@ -165,9 +183,13 @@ static void messages(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(numbers),      cmocka_unit_test(wrong_numbers),
-        cmocka_unit_test(ranges),       cmocka_unit_test(switches_vectors_words),
-        cmocka_unit_test(unknown_keys), cmocka_unit_test(messages),
+        cmocka_unit_test(numbers),
+        cmocka_unit_test(wrong_numbers),
+        cmocka_unit_test(ranges),
+        cmocka_unit_test(no_dictionary),
+        cmocka_unit_test(switches_vectors_words),
+        cmocka_unit_test(unknown_keys),
+        cmocka_unit_test(messages),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

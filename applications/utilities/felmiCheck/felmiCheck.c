@@ -208,18 +208,44 @@ static int check(const char *directory)
     return made ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
+/* The directory, or NULL when there is nothing to check; *status is the exit code then. */
+static const char *read_arguments(int argc, char **argv, int *status)
+{
+    static const char *const help =
+        "felmiCheck: reads and checks a case without running it\n\n"
+        "usage: felmiCheck [-case <dir>] [-help] [-version]\n\n"
+        "  -case <dir>  directory of the case, default: the current one\n"
+        "  -help        this text\n"
+        "  -version     version number\n\n"
+        "Prints all errors of the case and fails, or a summary of what would be run.\n";
+    const char *directory = ".";
+    for (int i = 1; i < argc; i++) {
+        const char *argument = argv[i] + (strncmp(argv[i], "--", 2) == 0); /* --help as well */
+        int asked = strcmp(argument, "-help") == 0 || strcmp(argument, "-h") == 0;
+        if (asked || strcmp(argument, "-version") == 0) {
+            puts(asked ? help : FELMI_VERSION);
+            *status = EXIT_SUCCESS;
+            return NULL;
+        }
+        if (strcmp(argument, "-case") != 0 || i + 1 == argc) {
+            fprintf(stderr, "felmiCheck: %s '%s'\n\n%s",
+                    strcmp(argument, "-case") == 0 ? "a directory must follow" : "unknown argument",
+                    argv[i], help);
+            *status = 2;
+            return NULL;
+        }
+        directory = argv[++i];
+    }
+    return directory;
+}
+
 int main(int argc, char **argv)
 {
-    const char *directory = ".";
+    int status = EXIT_SUCCESS;
+    const char *directory = read_arguments(argc, argv, &status);
+    if (!directory) return status;
     MPI_Init(&argc, &argv);
-    int good = argc == 1 || (argc == 3 && strcmp(argv[1], "-case") == 0);
-    if (argc == 3) directory = argv[2];
-    int result = EXIT_FAILURE;
-    if (good)
-        result = check(directory);
-    else
-        fprintf(stderr, "usage: felmiCheck [-case <directory>]\n"
-                        "Reads and checks a case without running it.\n");
+    status = check(directory);
     MPI_Finalize();
-    return result;
+    return status;
 }
