@@ -102,7 +102,13 @@ cp -r "$base/0" "$base/constant" "$base/system" "$mesh"
     cat "$work/base.log"
     complain "the base case is refused"
 }
+# felmiFoam is not in the build directory: have it use the libraries that are tested.
 foam=$(where felmiFoam)
+if grep -qs 'FELMI_SANITIZE:BOOL=ON' "$build/CMakeCache.txt"; then foam=; fi
+for library in demC couplingLib caseLib particlePhase; do
+    LD_LIBRARY_PATH=$build/src/$library${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+done
+export LD_LIBRARY_PATH
 if [ -n "$foam" ] && ! (cd "$mesh" && blockMesh > "$work/blockMesh.log" 2>&1); then
     cat "$work/blockMesh.log"
     complain "no mesh for felmiFoam"
@@ -114,6 +120,7 @@ for folder in "$here"/*/; do
     if [ -e "$folder/programs" ]; then programs=$(cat "$folder/programs"); fi
     for program in $programs; do
         path=$(where "$program")
+        if [ "$program" = felmiFoam ]; then path=$foam; fi
         if [ -n "$path" ]; then run "$case" "$program" "$path"; fi
     done
 done

@@ -6,7 +6,8 @@
  *
  * Prints all errors of the case and fails, or a summary: times, mesh, fluid, materials, particles
  * as the engine really creates them, cells in diameters, and the limits of the DEM time step. A
- * case without constant/couplingProperties is one of particles alone.
+ * case without constant/transportProperties is one of particles alone, one without
+ * constant/demProperties of fluid alone.
  */
 #include <math.h>
 #include <mpi.h>
@@ -19,7 +20,7 @@
 
 typedef struct whole_case {
     const char *directory;
-    int coupled, meshed;
+    int particles, flows, meshed; /* what the case has */
     case_control control;
     case_mesh mesh;
     case_fluid fluid;
@@ -44,28 +45,34 @@ static case_dict *read_dict(const whole_case *c, const char *name)
     return case_dict_read(path, c->errors);
 }
 
-static void read_case(whole_case *c)
+static void read_particles(whole_case *c)
 {
+    const case_mesh *mesh = c->meshed ? &c->mesh : NULL;
     case_dict *dict;
-    c->coupled = has_file(c->directory, "constant/couplingProperties");
-    c->meshed = c->coupled || has_file(c->directory, "system/blockMeshDict");
-    case_read_control(c->directory, &c->control, c->errors);
-    if (c->meshed) case_read_mesh(c->directory, &c->mesh, c->errors);
-    if (c->coupled)
-        case_read_fluid(c->directory, &c->fluid, c->errors);
-    else
-        case_read_gravity(c->directory, c->fluid.gravity, c->errors);
-    if (c->coupled && (dict = read_dict(c, "constant/couplingProperties"))) {
+    if (c->flows && (dict = read_dict(c, "constant/couplingProperties"))) {
         case_read_coupling(dict, &c->coupling, c->errors);
         case_dict_free(dict);
     }
     if ((dict = read_dict(c, "constant/demProperties"))) {
-        case_read_dem(dict, c->directory, c->meshed ? &c->mesh : NULL, c->fluid.gravity, &c->dem,
-                      c->errors);
+        case_read_dem(dict, c->directory, mesh, c->fluid.gravity, &c->dem, c->errors);
         case_dict_free(dict);
     }
-    case_check(&c->control, c->meshed ? &c->mesh : NULL, &c->dem, c->coupled ? &c->coupling : NULL,
-               c->errors);
+    case_check(&c->control, mesh, &c->dem, c->flows ? &c->coupling : NULL, c->errors);
+}
+
+static void read_case(whole_case *c)
+{
+    int coupled = has_file(c->directory, "constant/couplingProperties");
+    c->flows = coupled || has_file(c->directory, "constant/transportProperties");
+    c->particles = coupled || !c->flows || has_file(c->directory, "constant/demProperties");
+    c->meshed = c->flows || has_file(c->directory, "system/blockMeshDict");
+    case_read_control(c->directory, &c->control, c->errors);
+    if (c->meshed) case_read_mesh(c->directory, &c->mesh, c->errors);
+    if (c->flows)
+        case_read_fluid(c->directory, &c->fluid, c->errors);
+    else
+        case_read_gravity(c->directory, c->fluid.gravity, c->errors);
+    if (c->particles) read_particles(c);
 }
 
 /* ---- summary --------------------------------------------------------------------------------- */
@@ -94,7 +101,7 @@ static void print_flow(const whole_case *c)
                    : i == 2 ? "\n          "
                             : "");
     }
-    if (c->coupled) printf("fluid      rho %g kg/m3, nu %g m2/s\n", c->fluid.rho, c->fluid.nu);
+    if (c->flows) printf("fluid      rho %g kg/m3, nu %g m2/s\n", c->fluid.rho, c->fluid.nu);
     printf("gravity    (%g %g %g) m/s2\n", c->fluid.gravity[0], c->fluid.gravity[1],
            c->fluid.gravity[2]);
 }
@@ -165,7 +172,7 @@ static void print_limits(const whole_case *c, const dem_sim *sim)
             printf("%s  %-24s %g s\n", i ? "         " : "DEM step ", limit[i].name,
                    limit[i].value);
     if (isfinite(limits.step) && limits.step > 0)
-        printf("           %.0f sub-steps in a step of the flow\n",
+        printf("           %.0f sub-steps in a step deltaT\n",
                fmax(1, ceil(c->control.delta_t / limits.step)));
 }
 
@@ -176,6 +183,7 @@ static int summarise(const whole_case *c)
 {
     dem_sim *sim = NULL;
     print_flow(c);
+    if (!c->particles) return 1;
     print_materials(&c->dem.param);
     fflush(stdout);
     int good = dem_new(MPI_COMM_SELF, &c->dem.param, &sim) == DEM_OK;
