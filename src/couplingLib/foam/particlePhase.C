@@ -9,10 +9,30 @@
 #include "caseText.H"
 #include "IOdictionary.H"
 
+#include <cfenv>
+
 namespace Foam
 {
 
 typedef const double (*cellVectors)[3];
+
+// The C libraries count on IEEE arithmetic (the logarithm of zero is minus
+// infinity, and handled), OpenFOAM traps it: no traps while one of these lives.
+struct ieeeArithmetic
+{
+    std::fenv_t traps;
+
+    ieeeArithmetic()
+    {
+        std::feholdexcept(&traps);
+    }
+
+    ~ieeeArithmetic()
+    {
+        std::fesetenv(&traps);
+    }
+};
+
 
 static cellVectors vectors(const vectorField& f)
 {
@@ -200,6 +220,7 @@ particlePhase::particlePhase
     param.mu = rho_*nu;
     param.ledger = ledger.c_str();
 
+    const ieeeArithmetic noTraps;
     check(phase_new(comm, &param, &phase_));
     dem_set_time(phase_engine(phase_), mesh.time().value());
 }
@@ -223,6 +244,7 @@ void particlePhase::check(const int status) const
 
 void particlePhase::advance()
 {
+    const ieeeArithmetic noTraps;
     check(phase_advance(phase_, mesh_.time().deltaTValue()));
 }
 
@@ -247,6 +269,7 @@ void particlePhase::drag
     volVectorField& Us
 )
 {
+    const ieeeArithmetic noTraps;
     check(phase_drag(phase_, vectors(u)));
 
     const double* k = phase_K(phase_);
@@ -275,6 +298,7 @@ void particlePhase::settle
 )
 {
     const vectorField gradp(rho_*G.field());
+    const ieeeArithmetic noTraps;
 
     check
     (
