@@ -60,7 +60,8 @@ size_t case_dict_size(const case_dict *dict);
 const char *case_dict_key(const case_dict *dict, size_t i);
 int case_has(const case_dict *dict, const char *key);
 /* Sub-dictionary, or NULL; required: an error if absent. */
-const case_dict *case_sub(const case_dict *dict, const char *key, int required, case_errors *errors);
+const case_dict *case_sub(const case_dict *dict, const char *key, int required,
+                          case_errors *errors);
 /* An entry that is a list of dictionaries: its length (0 if absent), and its i-th member. */
 size_t case_list_size(const case_dict *dict, const char *key);
 const case_dict *case_list_at(const case_dict *dict, const char *key, size_t i);
@@ -89,7 +90,7 @@ int case_choice(const case_dict *dict, const char *key, const char *const *accep
  * error, and the key is required. "nonuniform List<vector> N" before the list is read over. A file
  * that is a bare list (polyMesh/points, a vectorField) has it under the key "". */
 size_t case_numbers(const case_dict *dict, const char *key, double **value, case_errors *errors);
-/* Every key of dict must be in `known` (NULL-terminated) or it is an error with the nearest match.
+/* Every key of dict must be in `known` (NULL-terminated), or it is an error with the nearest match.
  * Let through: keys that a macro has used, and at the top FoamFile and `variables`. */
 void case_known(const case_dict *dict, const char *const *known, case_errors *errors);
 
