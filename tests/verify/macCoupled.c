@@ -226,7 +226,7 @@ static double disturbance_left(cpl_scheme scheme, double times, int steps)
     double eps = 1 - 8 * pi / 6 * d * d * d / (h[0] * h[1] * h[2]);
     double kappa = cpl_drag(CPL_ERGUN_WEN_YU, eps, u, d, rho, mu);
     double K = kappa * 8 / (h[0] * h[1] * h[2]);
-    /* method M1: twice the inertia over the slope of Ergun's drag */
+    /* twice the inertia over the slope of the drag, 2 rho eps/(d(K u)/du), of Ergun */
     double limit =
         d * d * rho * eps * eps / ((1 - eps) * (75 * (1 - eps) * mu + 1.75 * rho * eps * u * d));
     rig r;

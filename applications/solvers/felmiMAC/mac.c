@@ -243,7 +243,7 @@ void mac_limits(const mac *m, double *convective, double *viscous)
     for (int d = 0; d < 3; d++)
         if (g->n[d] > 1) stiff += 1 / (g->h[d] * g->h[d]);
     *convective = fastest > 0 ? 1 / fastest : INFINITY;
-    /* rho / (2 mu sum h^-2), half of it because of the transposed gradient (method M9) */
+    /* rho / (2 mu sum h^-2), half of it because of the transposed gradient */
     *viscous = m->param.mu > 0 && stiff > 0 ? m->param.rho / (4 * m->param.mu * stiff) : INFINITY;
 }
 

@@ -14,7 +14,7 @@
  * The control volume of a boundary face is half a cell, from the cell centre to the side.
  *
  * References: D. B. Spalding, Int. J. Numer. Methods Eng. 4 (1972) 551, doi:10.1002/nme.1620040409;
- * Y. Mori, doctoral thesis, University of Tokyo (2021), eqs 177-188 (corrected: M6-M8, M23, H20).
+ * Y. Mori, doctoral thesis, University of Tokyo (2021), eqs 177-188 (corrected).
  */
 #include "mac.h"
 

@@ -7,7 +7,7 @@
  * of the iterates, which keeps the method in the space where A is definite.
  *
  * Reference: O. Tatebe, NASA CP-3224 (1993) 621 (multigrid preconditioned conjugate gradients);
- * Y. Mori, doctoral thesis, University of Tokyo (2021), eqs 171-176 (corrected: H19).
+ * Y. Mori, doctoral thesis, University of Tokyo (2021), eqs 171-176 (corrected).
  */
 #include "poisson.h"
 

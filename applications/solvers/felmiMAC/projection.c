@@ -18,8 +18,8 @@
  * linear in G, so the G that holds the flux follows from a system of at most three equations. Where
  * alpha eps does not vary, phi = 0 and nothing is solved.
  *
- * References: Y. Mori & M. Sakai, Chem. Eng. J. (2021), semi-implicit drag; Y. Mori, doctoral
- * thesis, University of Tokyo (2021), eqs 154-172 (corrected: H16-H18).
+ * References: Mori, Wu & Sakai, Powder Technol. 349 (2019) (semi-implicit drag); Y. Mori, doctoral
+ * thesis, University of Tokyo (2021), eqs 154-172 (corrected).
  */
 #include "mac.h"
 

@@ -36,7 +36,12 @@ static int exists(const mac_case *c, const char *name)
 
 void mac_time_name(const mac_case *c, double time, char *name, size_t size)
 {
-    snprintf(name, size, "%.*g", c->control.time_precision, time);
+    /* more digits where two outputs would share a name */
+    double apart = 1e-3 * c->control.write_interval;
+    for (int digits = c->control.time_precision; digits <= 17; digits++) {
+        snprintf(name, size, "%.*g", digits, time);
+        if (!(fabs(strtod(name, NULL) - time) > apart)) return;
+    }
 }
 
 /* ---- patches --------------------------------------------------------------------------------- */
