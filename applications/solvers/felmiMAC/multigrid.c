@@ -233,7 +233,13 @@ void mac_multigrid_assemble(mac_multigrid *mg)
 
 /* ---- cycle ----------------------------------------------------------------------------------- */
 
-/* One colour of the plane k: cells with i + j + k of the given parity. */
+/* First i of a colour in row (j, k): cells with i + j + k of the given parity. */
+static size_t first_of_colour(int parity, int j, int k)
+{
+    return (1 + j + k + parity) % 2 == 0 ? 1 : 2;
+}
+
+/* One colour of the plane k. */
 static void smooth_plane(const mac_level *l, int parity, int k)
 {
     size_t s1 = l->stride[1], s2 = l->stride[2];
@@ -241,9 +247,8 @@ static void smooth_plane(const mac_level *l, int parity, int k)
     const double *restrict cx = l->c[0], *restrict cy = l->c[1], *restrict cz = l->c[2];
     double *x = l->x;
     for (int j = 1; j <= l->n[1]; j++) {
-        int first = 2 - ((1 + j + k + parity) % 2 == 0);
         size_t row = (size_t)j * s1 + (size_t)k * s2, end = row + (size_t)l->n[0];
-        for (size_t m = row + (size_t)first; m <= end; m += 2)
+        for (size_t m = row + first_of_colour(parity, j, k); m <= end; m += 2)
             x[m] = inv[m] * (b[m] + cx[m] * x[m - 1] + cx[m + 1] * x[m + 1] + cy[m] * x[m - s1] +
                              cy[m + s1] * x[m + s1] + cz[m] * x[m - s2] + cz[m + s2] * x[m + s2]);
     }
@@ -262,6 +267,25 @@ static void smooth(const mac_level *l, int first)
     for (int k = 1; k <= l->n[2] + 1; k++) {
         if (k <= l->n[2]) smooth_plane(l, first, k);
         if (k > 1) smooth_plane(l, !first, k - 1);
+    }
+}
+
+/* The first sweep on x = 0: the red half has no neighbours to read, and neither x before it nor
+ * its zeros are touched. */
+static void smooth_fresh(const mac_level *l)
+{
+    if (l->periodic[0] || l->periodic[1] || l->periodic[2]) {
+        memset(l->x, 0, l->size * sizeof *l->x);
+        smooth(l, 0);
+        return;
+    }
+    for (int k = 1; k <= l->n[2] + 1; k++) {
+        for (int j = 1; k <= l->n[2] && j <= l->n[1]; j++) {
+            size_t row = (size_t)j * l->stride[1] + (size_t)k * l->stride[2];
+            for (size_t m = row + first_of_colour(0, j, k); m <= row + (size_t)l->n[0]; m += 2)
+                l->x[m] = l->inv[m] * l->b[m];
+        }
+        if (k > 1) smooth_plane(l, 1, k - 1);
     }
 }
 
@@ -348,24 +372,28 @@ static void add_correction(mac_level *f, const mac_level *g)
         }
 }
 
-/* Improve x of the smoothed level `at` for its b. */
-static void cycle(mac_multigrid *mg, int at)
+/* Improve x of the smoothed level `at` for its b; fresh: x = 0, whatever is stored there. */
+static void cycle(mac_multigrid *mg, int at, int fresh)
 {
     mac_level *l = &mg->level[at];
-    smooth(l, 0);
+    if (fresh)
+        smooth_fresh(l);
+    else
+        smooth(l, 0);
     if (at + 1 < mg->levels) {
         residual(l);
         const double *r = l->r;
         int next = at;
-        do {
+        for (;;) {
             mac_level *f = &mg->level[next++], *g = f + 1;
             restrict_to(f, r, g);
-            memset(g->x, 0, g->size * sizeof *g->x);
-            if (!g->smoothed) mac_level_wrap(g, g->b);
+            if (g->smoothed) break;
+            memset(g->x, 0, g->size * sizeof *g->x); /* collects the correction */
+            mac_level_wrap(g, g->b);
             r = g->b;
-        } while (!mg->level[next].smoothed);
+        }
         int visits = next + 1 < mg->levels ? (int)mg->cycle : 1;
-        for (int v = 0; v < visits; v++) cycle(mg, next);
+        for (int v = 0; v < visits; v++) cycle(mg, next, v == 0);
         for (; next > at; next--) add_correction(&mg->level[next - 1], &mg->level[next]);
     }
     smooth(l, 1);
@@ -373,6 +401,5 @@ static void cycle(mac_multigrid *mg, int at)
 
 void mac_multigrid_apply(mac_multigrid *mg)
 {
-    memset(mg->level[0].x, 0, mg->level[0].size * sizeof *mg->level[0].x);
-    cycle(mg, 0);
+    cycle(mg, 0, 1);
 }
