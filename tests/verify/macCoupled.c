@@ -2,7 +2,7 @@
 /**
  * macCoupled.c - felmiMAC with particles against closed forms and published numbers.
  *
- * One sphere in rising gas (MFiX DEM06, M. Syamlal's terminal velocity case): table of velocity and
+ * One sphere in rising gas, case DEM06 of the MFiX verification manual: table of velocity and
  * position. Fixed bed: Ergun's pressure drop, S. Ergun, Chem. Eng. Prog. 48 (1952) 89, and the
  * pressure drop times area against the sum of the forces on the particles. Explicit drag: its
  * stability limit, and the semi-implicit scheme far beyond it. Settling in a closed periodic box.
