@@ -110,7 +110,9 @@ typedef struct mac {
     double *mobility[3];   /* (dt/rho) alpha_d, m3 s/kg; 0 where the velocity is given */
     double *work;          /* flux of momentum through the faces of a control volume */
     double solid_flux[3];  /* mean of (1 - eps) v over the box, m/s */
-    mac_poisson poisson;
+    mac_poisson poisson;   /* its rows lie along the longest side of the box: */
+    int axis[3];           /* the solver's direction of each of ours */
+    size_t solver_stride[3];
     double *response[3]; /* pressure answering a unit mean gradient, in the solver's layout */
     mac_report report;
     char message[MAC_MESSAGE]; /* of the last error */

@@ -79,8 +79,8 @@ static void predict(mac *m, double dt)
 /* Index in the solver's layout, which has one ghost layer. */
 static size_t solver_at(const mac *m, int i, int j, int k)
 {
-    const mac_level *l = &m->poisson.mg.level[0];
-    return (size_t)i + (size_t)j * l->stride[1] + (size_t)k * l->stride[2];
+    const size_t *s = m->solver_stride;
+    return (size_t)i * s[0] + (size_t)j * s[1] + (size_t)k * s[2];
 }
 
 static void coefficients(mac *m)
@@ -101,7 +101,7 @@ static void coefficients(mac *m)
             size_t q = mac_at(g, i, j, k);
             double value = scale * m->mobility[d][q] * mac_face(m->eps, q, s);
             if ((at[d] == 1 && open[0]) || (at[d] == g->n[d] + 1 && open[1])) value *= 2;
-            c[d][solver_at(m, i, j, k)] = own_neighbour ? 0 : value;
+            c[m->axis[d]][solver_at(m, i, j, k)] = own_neighbour ? 0 : value;
         }
     }
     mac_poisson_assemble(&m->poisson);
@@ -114,7 +114,7 @@ static double gradient(const mac *m, const double *x, int d, const int at[3], do
     const mac_grid *g = &m->grid;
     const mac_side *low = &m->param.side[2 * d], *high = low + 1;
     size_t above = solver_at(m, at[0], at[1], at[2]);
-    size_t below = above - m->poisson.mg.level[0].stride[d];
+    size_t below = above - m->solver_stride[d];
     if (at[d] == 1 && low->normal == MAC_OPEN)
         return 2 * (x[above] - given * low->pressure) / g->h[d];
     if (at[d] == g->n[d] + 1 && high->normal == MAC_OPEN)
@@ -152,8 +152,8 @@ static void right_hand_side(mac *m, double dt)
         FOR_RANGE(r, k, j)
         for (int i = r.lo[0]; i <= r.hi[0]; i++) {
             size_t cell = solver_at(m, i, j, k);
-            size_t face = cell + (s % 2 ? m->poisson.mg.level[0].stride[d] : 0);
-            m->poisson.b[cell] += c[d][face] * side->pressure;
+            size_t face = cell + (s % 2 ? m->solver_stride[d] : 0);
+            m->poisson.b[cell] += c[m->axis[d]][face] * side->pressure;
         }
     }
 }
