@@ -369,7 +369,7 @@ static dem_status step(dem_sim *sim, double dt, int last)
     double listed = MPI_Wtime();
     sum_forces(sim, dt, last);
     double summed = MPI_Wtime();
-    motion m = {.dt = dt, .outside = sim->outside};
+    motion m = {.dt = dt, .outside = sim->outside, .last = last};
     memcpy(m.gravity, sim->gravity, sizeof m.gravity);
     integrate(&m, p);
     sim->speed = m.speed;

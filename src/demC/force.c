@@ -26,6 +26,9 @@
 #include <string.h>
 
 #define BLOCK 128
+/* Partners lie up to some layers of particles away, in the second-level cache at best: what is
+ * needed soon is asked for early. NEIGHBOUR_SPARE entries behind the list may be looked at. */
+#define AHEAD NEIGHBOUR_SPARE
 
 typedef struct block {
     int n;
@@ -59,7 +62,8 @@ typedef struct arrays {
 } arrays;
 
 /* Entries begin..end-1 of row i: those that touch are appended to the block. */
-DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t end, int periodic)
+DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t end, int uniform,
+                       double all_reach, int periodic)
 {
     const double *xi = a->pos[i];
     double x = xi[0], y = xi[1], z = xi[2], r = xi[3];
@@ -67,6 +71,10 @@ DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t
     for (size_t k = begin; k < end; k++) {
         uint32_t entry = a->entry[k], j = periodic ? entry & NEIGHBOUR_MASK : entry;
         const double *xj = a->pos[j];
+        __builtin_prefetch(a->pos[a->entry[k + AHEAD] & NEIGHBOUR_MASK]);
+        __builtin_prefetch(a->vel[j]);
+        __builtin_prefetch(a->force[j], 1);
+        __builtin_prefetch(a->spring[k], 1);
         double dx = x - xj[0], dy = y - xj[1], dz = z - xj[2];
         if (periodic) {
             const double *shift = a->shift[entry >> NEIGHBOUR_BITS];
@@ -74,7 +82,7 @@ DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t
             dy -= shift[1];
             dz -= shift[2];
         }
-        double d2 = dx * dx + dy * dy + dz * dz, reach = r + xj[3];
+        double d2 = dx * dx + dy * dy + dz * dz, reach = uniform ? all_reach : r + xj[3];
         b->i[n] = (uint32_t)i;
         b->j[n] = j;
         b->k[n] = (uint32_t)k;
@@ -82,8 +90,10 @@ DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t
         b->dy[n] = dy;
         b->dz[n] = dz;
         b->d2[n] = d2;
-        b->reach[n] = reach;
-        b->uneven[n] = r - xj[3];
+        if (!uniform) {
+            b->reach[n] = reach;
+            b->uneven[n] = r - xj[3];
+        }
         int inside = d2 < reach * reach;
         a->touch[k] &= (uint8_t)inside;
         n += inside;
@@ -171,10 +181,10 @@ DEM_INLINE void scatter(const block *b, const arrays *a, int uniform)
 }
 
 /* Largest overlap / smaller radius in the block: r_j = (reach - uneven)/2. */
-static void survey(const block *b, pair_forces *job)
+static void survey(const block *b, pair_forces *job, int uniform)
 {
     for (int c = 0; c < b->n; c++) {
-        double smaller = .5 * (b->reach[c] - fabs(b->uneven[c]));
+        double smaller = uniform ? job->radius : .5 * (b->reach[c] - fabs(b->uneven[c]));
         double ratio = b->overlap[c] / smaller;
         if (ratio > job->overlap) job->overlap = ratio;
     }
@@ -185,7 +195,7 @@ DEM_INLINE void flush(block *b, const arrays *a, pair_forces *job, dem_law law, 
     gather(b, a, job, uniform);
     apply_law(b, job, law, uniform);
     scatter(b, a, uniform);
-    if (job->survey) survey(b, job);
+    if (job->survey) survey(b, job, uniform);
     job->contacts += (size_t)b->n;
     b->n = 0;
 }
@@ -199,7 +209,7 @@ DEM_INLINE void pair_loop(pair_forces *job, const arrays *a, size_t n, dem_law l
         for (size_t k = a->row[i], row_end = a->row[i + 1]; k < row_end;) {
             size_t room = (size_t)(BLOCK - b.n);
             size_t end = row_end - k > room ? k + room : row_end;
-            detect(&b, a, i, k, end, periodic);
+            detect(&b, a, i, k, end, uniform, 2 * job->radius, periodic);
             if (b.n == BLOCK) flush(&b, a, job, law, uniform);
             k = end;
         }

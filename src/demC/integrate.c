@@ -27,7 +27,6 @@ ALWAYS void move(motion *m, particles *p, int outside)
     vec4 fastest = zero, poison = zero;
     for (size_t i = 0; i < p->n; i++) {
         vec4 *v = (vec4 *)p->vel[i], *f = (vec4 *)p->force[i];
-        for (int a = 0; a < 3; a++) p->last[i][a] = f[0][a] + p->mass[i] * g[a];
         vec4 new = v[0] + step *(f[0] * v[0][3] + weight);
         if (outside) {
             const double *o = p->outside[i], mass = p->mass[i];
@@ -53,10 +52,38 @@ ALWAYS void move(motion *m, particles *p, int outside)
     m->finite = poison[0] + poison[1] + poison[2] == 0;
 }
 
-void integrate(motion *m, particles *p)
+static void keep_force(const motion *m, particles *p)
+{
+    for (size_t i = 0; i < p->n; i++)
+        for (int a = 0; a < 3; a++) p->last[i][a] = p->force[i][a] + p->mass[i] * m->gravity[a];
+}
+
+static void move_plain(motion *m, particles *p)
 {
     if (m->outside)
         move(m, p, 1);
     else
         move(m, p, 0);
+}
+
+#if defined(__x86_64__) && defined(__GNUC__)
+__attribute__((target("avx2,fma"))) static void move_avx2(motion *m, particles *p)
+{
+    if (m->outside)
+        move(m, p, 1);
+    else
+        move(m, p, 0);
+}
+#endif
+
+void integrate(motion *m, particles *p)
+{
+    if (m->last) keep_force(m, p);
+#if defined(__x86_64__) && defined(__GNUC__)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+        move_avx2(m, p);
+        return;
+    }
+#endif
+    move_plain(m, p);
 }

@@ -11,12 +11,12 @@ typedef struct motion {
     double dt;
     double gravity[3];
     int outside;  /* nonzero: p->outside acts */
+    int last;     /* nonzero: keep the force, with the weight, in p->last */
     double speed; /* out: no particle is faster, m/s (an upper bound, at most sqrt3 too large) */
     int finite;   /* out: zero if some velocity is not finite */
 } motion;
 
-/* Moves the particles, adds to p->gain, keeps force and weight in p->last and zeroes p->force for
- * the next sum. */
+/* Moves the particles, adds to p->gain and zeroes p->force for the next sum. */
 void integrate(motion *m, particles *p);
 
 #endif

@@ -239,7 +239,7 @@ dem_status neighbour_fill(neighbour *list, particles *p)
         int n = candidates(list, c, r);
         size_t most = 0;
         for (int k = 0; k < n; k++) most += r[k].end - r[k].begin;
-        size_t need = at + most * (end - begin);
+        size_t need = at + most * (end - begin) + NEIGHBOUR_SPARE;
         if (need > list->entry_capacity) {
             size_t room = need + need / 2;
             if (!grow(&list->entry, room * sizeof *list->entry)) return DEM_NO_MEMORY;
@@ -256,6 +256,7 @@ dem_status neighbour_fill(neighbour *list, particles *p)
         }
     }
     list->row[p->n] = at;
+    if (list->entry) memset(list->entry + at, 0, NEIGHBOUR_SPARE * sizeof *list->entry);
     if (p->n) memcpy(p->built, p->pos, p->n * sizeof *p->pos);
     list->moved = 0;
     list->valid = 1;

@@ -17,9 +17,10 @@
 
 #include "particles.h"
 
-#define NEIGHBOUR_BITS 27 /* of an entry for the index of j; the other 5 for one of 27 images */
-#define NEIGHBOUR_MASK ((UINT32_C(1) << NEIGHBOUR_BITS) - 1)
-#define NEIGHBOUR_HOME 13 /* the image of j that is j itself */
+#define NEIGHBOUR_BITS  27 /* of an entry for the index of j; the other 5 for one of 27 images */
+#define NEIGHBOUR_MASK  ((UINT32_C(1) << NEIGHBOUR_BITS) - 1)
+#define NEIGHBOUR_SPARE 16 /* zero entries behind the last row, for those who look ahead */
+#define NEIGHBOUR_HOME  13 /* the image of j that is j itself */
 
 typedef struct neighbour {
     double lo[3], hi[3];
