@@ -256,6 +256,22 @@ static void fluid_momentum(void **state)
     assert_true(worst < 1e-12);
 }
 
+/* What is not finite stops the step and is named. */
+static void blown_up_solution(void **state)
+{
+    (void)state;
+    mac_param p = box(3, 4, 5, 0.03, 0.04, 0.05);
+    p.rho = 1.2;
+    mac *m = mac_new(&p);
+    assert_non_null(m);
+    step(m, 1e-3);
+    m->K[mac_at(&m->grid, 2, 3, 4)] = NAN;
+    assert_int_equal(mac_step(m, 1e-3), -1);
+    print_message("%s\n", m->message);
+    assert_non_null(strstr(m->message, "drag coefficient in cell (1 2 3)"));
+    mac_free(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -263,6 +279,7 @@ int main(void)
         cmocka_unit_test(constant_flux_through_a_step),
         cmocka_unit_test(held_flux),
         cmocka_unit_test(fluid_momentum),
+        cmocka_unit_test(blown_up_solution),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
