@@ -58,6 +58,7 @@ int main(int argc, char *argv[])
         " incompressible fluid."
     );
 
+    #include "oneProcessor.H"
     #include "postProcess.H"
 
     #include "addCheckCaseOptions.H"

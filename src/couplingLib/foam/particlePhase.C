@@ -43,7 +43,9 @@ static cellVectors vectors(const vectorField& f)
 void stopRun(const string& message)
 {
     Info<< flush;
-    Serr<< nl << "--> felmiFoam stops:" << nl << message.c_str() << nl << endl;
+    const bool ended = message.size() && message.back() == '\n';
+    Serr<< nl << "--> felmiFoam stops:" << nl << message.c_str()
+        << (ended ? "" : "\n") << endl;
 
     if (UPstream::parRun())
     {
