@@ -38,10 +38,12 @@ void mac_time_name(const mac_case *c, double time, char *name, size_t size)
 {
     /* more digits where two outputs would share a name */
     double apart = 1e-3 * c->control.write_interval;
+    char text[32];
     for (int digits = c->control.time_precision; digits <= 17; digits++) {
-        snprintf(name, size, "%.*g", digits, time);
-        if (!(fabs(strtod(name, NULL) - time) > apart)) return;
+        snprintf(text, sizeof text, "%.*g", digits, time);
+        if (!(fabs(strtod(text, NULL) - time) > apart)) break;
     }
+    snprintf(name, size, "%s", text);
 }
 
 /* ---- patches --------------------------------------------------------------------------------- */
