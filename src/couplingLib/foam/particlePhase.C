@@ -8,6 +8,7 @@
 #include "particlePhase.H"
 #include "caseText.H"
 #include "IOdictionary.H"
+#include "OSspecific.H"
 
 #include <cfenv>
 
@@ -141,9 +142,29 @@ static void checkFluid(const Time& runTime, case_errors* errors)
 }
 
 
+// Particles begin with demProperties: state of an earlier run is not lost in
+// silence.
+static void refuseRestart(const Time& runTime)
+{
+    const fileName earlier(runTime.timePath()/"lagrangian"/"particles");
+
+    if (isDir(earlier))
+    {
+        stopRun
+        (
+            "system/controlDict: startTime: time " + runTime.timeName()
+          + " holds the particles of an earlier run, which this release cannot"
+            " take up; start from a time without " + earlier
+        );
+    }
+}
+
+
 void particlePhase::readCase(const vector& g)
 {
     const Time& runTime = mesh_.time();
+    refuseRestart(runTime);
+
     const case_mesh mesh = cells_.summary();
     case_errors* errors = case_errors_new();
 
