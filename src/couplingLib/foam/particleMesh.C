@@ -12,6 +12,8 @@
 #include "symmetryPlanePolyPatch.H"
 #include "wallPolyPatch.H"
 
+#include <cstring>
+
 namespace Foam
 {
 
@@ -348,9 +350,9 @@ case_mesh particleMesh::summary() const
             {
                 most = area;
                 summary.side[side].type = sideType(patch);
-                patch.name().copy(summary.side[side].patch, CASE_NAME - 1);
-                summary.side[side].patch
-                    [std::min<size_t>(patch.name().size(), CASE_NAME - 1)] = '\0';
+                word name(patch.name());
+                name.resize(std::min<size_t>(name.size(), CASE_NAME - 1));
+                std::strcpy(summary.side[side].patch, name.c_str());
             }
         }
     }
