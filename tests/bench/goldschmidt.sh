@@ -56,7 +56,7 @@ subSteps()
 }
 
 end=$(python3 -c "print($start + $steps * $deltaT)")
-expected=4  # sub-steps of DPMFoam with its tutorial's collisionResolutionSteps; checked below
+expected=5  # sub-steps of DPMFoam with its tutorial's collisionResolutionSteps; checked below
 felmiCase foam "$(python3 -c "print(1.000001 * $deltaT / $expected)")"
 python3 - "$here" $start $deltaT $end <<'END'
 import re
