@@ -3,7 +3,8 @@
  * particles.c - the store of particles: add, grow, sort, attached columns.
  *
  * Arrays are aligned to 64 bytes and grow by half. Sorting gathers each field through a scratch
- * array; it happens only when the neighbour list is rebuilt.
+ * array; it happens only when the neighbour list is rebuilt. Forces are zero then, and what is
+ * published is made anew at the end of dem_advance: they stay where they are.
  */
 #include "particles.h"
 
@@ -49,23 +50,26 @@ dem_status particles_init(particles *p)
         void **slot;
         size_t size;
         const char *name;
-    } table[] = {{(void **)&p->pos, sizeof *p->pos, "pos"},
-                 {(void **)&p->vel, sizeof *p->vel, "vel"},
-                 {(void **)&p->force, sizeof *p->force, "force"},
-                 {(void **)&p->outside, sizeof *p->outside, "outside"},
-                 {(void **)&p->gain, sizeof *p->gain, "gain"},
-                 {(void **)&p->built, sizeof *p->built, "built"},
-                 {(void **)&p->id, sizeof *p->id, "id"},
-                 {(void **)&p->radius, sizeof *p->radius, "radius"},
-                 {(void **)&p->mass, sizeof *p->mass, "mass"},
-                 {(void **)&p->material, sizeof *p->material, "material"},
-                 {(void **)&p->x, sizeof *p->x, "x"},
-                 {(void **)&p->v, sizeof *p->v, "v"},
-                 {(void **)&p->omega, sizeof *p->omega, "omega"},
-                 {(void **)&p->last, sizeof *p->last, "last"},
-                 {(void **)&p->impulse, sizeof *p->impulse, "impulse"}};
-    for (size_t f = 0; f < sizeof table / sizeof *table; f++)
+        int stays;
+    } table[] = {{(void **)&p->pos, sizeof *p->pos, "pos", 0},
+                 {(void **)&p->vel, sizeof *p->vel, "vel", 0},
+                 {(void **)&p->force, sizeof *p->force, "force", 1},
+                 {(void **)&p->outside, sizeof *p->outside, "outside", 0},
+                 {(void **)&p->gain, sizeof *p->gain, "gain", 0},
+                 {(void **)&p->built, sizeof *p->built, "built", 1},
+                 {(void **)&p->id, sizeof *p->id, "id", 0},
+                 {(void **)&p->radius, sizeof *p->radius, "radius", 0},
+                 {(void **)&p->mass, sizeof *p->mass, "mass", 0},
+                 {(void **)&p->material, sizeof *p->material, "material", 0},
+                 {(void **)&p->x, sizeof *p->x, "x", 1},
+                 {(void **)&p->v, sizeof *p->v, "v", 1},
+                 {(void **)&p->omega, sizeof *p->omega, "omega", 1},
+                 {(void **)&p->last, sizeof *p->last, "last", 0},
+                 {(void **)&p->impulse, sizeof *p->impulse, "impulse", 1}};
+    for (size_t f = 0; f < sizeof table / sizeof *table; f++) {
         if (enter(p, table[f].slot, table[f].size, table[f].name) < 0) return DEM_NO_MEMORY;
+        p->field[f].stays = table[f].stays;
+    }
     p->n_fixed = p->n_field;
     return DEM_OK;
 }
@@ -129,6 +133,7 @@ dem_status particles_permute(particles *p, const uint32_t *order)
     for (size_t f = 0; f < p->n_field; f++) {
         void *data = *address(&p->field[f]);
         size_t size = p->field[f].size;
+        if (p->field[f].stays) continue;
         gather(p->scratch, data, order, p->n, size);
         memcpy(data, p->scratch, p->n * size);
     }

@@ -24,6 +24,7 @@ typedef struct field {
     void **slot; /* where the address of the array is kept; NULL: in `data` */
     void *data;
     size_t size; /* bytes per particle */
+    int stays;   /* nonzero: made anew before it is read again, so it need not be sorted */
     char name[DEM_NAME];
 } field;
 
@@ -54,7 +55,7 @@ typedef struct particles {
 dem_status particles_init(particles *p);
 void particles_free(particles *p);
 dem_status particles_reserve(particles *p, size_t capacity);
-/* Put at the place i what was at the place order[i], in every field. */
+/* Put at the place i what was at the place order[i], in every field that does not stay. */
 dem_status particles_permute(particles *p, const uint32_t *order);
 /* Handle of a new column or -1. */
 int particles_attach(particles *p, const char *name, int width);
