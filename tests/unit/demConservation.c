@@ -156,11 +156,49 @@ static void energy_falls(void **state)
         }
 }
 
-/* m dv = contact + gravity + outside impulse for every particle and for all of them. */
+/* A random outside force on every particle, of the stiffness k dt/m; returns the momentum. */
+static void push_all(rig *r, gsl_rng *rng, double stiffness, double inertia, double dt,
+                     double momentum[3])
+{
+    static double f[MANY][3], k[MANY], w[MANY][3], M[MANY];
+    dem_view p = dem_particles(r->sim);
+    memset(momentum, 0, 3 * sizeof *momentum);
+    for (size_t i = 0; i < p.n; i++) {
+        for (int a = 0; a < 3; a++) {
+            f[i][a] = p.mass[i] * 7 * (gsl_rng_uniform(rng) - .5);
+            w[i][a] = gsl_rng_uniform(rng) - .3;
+            momentum[a] += p.mass[i] * p.v[i][a];
+        }
+        k[i] = stiffness * p.mass[i] / dt;
+        M[i] = inertia * p.mass[i];
+    }
+    assert_int_equal(
+        dem_set_outside_force(r->sim, (const double(*)[3])f, k, (const double(*)[3])w, M), DEM_OK);
+}
+
+/* What was gained is what walls, gravity and the outside force gave. */
+static void check_balance(const rig *r, const double before[3], double dt)
+{
+    dem_view p = dem_particles(r->sim);
+    dem_report rep = dem_last_report(r->sim);
+    double force[3], gain[3] = {0}, size = momentum_size(&p); /* of what was exchanged */
+    dem_wall_force(r->sim, 0, force);
+    for (size_t i = 0; i < p.n; i++)
+        for (int a = 0; a < 3; a++) gain[a] += p.impulse[i][a];
+    for (int a = 0; a < 3; a++) size += fabs(rep.wall_impulse[a]) + fabs(rep.gravity_impulse[a]);
+    for (int a = 0; a < 3; a++) {
+        assert_within(gain[a], rep.outside_impulse[a], 1e-15 * size);
+        assert_within(-force[a] * dt, rep.wall_impulse[a], 1e-13 * size);
+        assert_within(rep.momentum[a] - before[a],
+                      rep.wall_impulse[a] + rep.gravity_impulse[a] + gain[a], 1e-13 * size);
+    }
+}
+
+/* m dv = contact + gravity + outside impulse for all of them, whatever k dt/m. */
 static void impulse_identity(void **state)
 {
     (void)state;
-    const double stiff[] = {0, 1e-2, 1, 1e3}; /* k dt/m */
+    const double stiff[] = {0, 1e-2, 1, 1e3};
     for (int c = 0; c < 4; c++) {
         rig r;
         const double R = 1.3e-3, dt = 1e-3;
@@ -174,40 +212,11 @@ static void impulse_identity(void **state)
         rig_start(&r);
         gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
         add_cloud(&r, rng, MANY, R, 14 * R, 200 * R);
-        double f[MANY][3], k[MANY], w[MANY][3], M[MANY], before[3], gain[3];
         for (int s = 0; s < 20; s++) {
-            dem_view p = dem_particles(r.sim);
-            memset(before, 0, sizeof before);
-            for (size_t i = 0; i < p.n; i++) {
-                for (int a = 0; a < 3; a++) {
-                    f[i][a] = p.mass[i] * 7 * (gsl_rng_uniform(rng) - .5);
-                    w[i][a] = gsl_rng_uniform(rng) - .3;
-                    before[a] += p.mass[i] * p.v[i][a];
-                }
-                k[i] = stiff[c] * p.mass[i] / dt;
-                M[i] = c % 2 ? .4 * p.mass[i] : 0;
-            }
-            assert_int_equal(
-                dem_set_outside_force(r.sim, (const double(*)[3])f, k, (const double(*)[3])w, M),
-                DEM_OK);
+            double before[3];
+            push_all(&r, rng, stiff[c], c % 2 ? .4 : 0, dt, before);
             rig_advance(&r, dt, 0);
-            p = dem_particles(r.sim);
-            dem_report rep = dem_last_report(r.sim);
-            double force[3];
-            dem_wall_force(r.sim, 0, force);
-            memset(gain, 0, sizeof gain);
-            for (size_t i = 0; i < p.n; i++)
-                for (int a = 0; a < 3; a++) gain[a] += p.impulse[i][a];
-            /* The size of what was exchanged. */
-            double size = momentum_size(&p);
-            for (int a = 0; a < 3; a++)
-                size += fabs(rep.wall_impulse[a]) + fabs(rep.gravity_impulse[a]);
-            for (int a = 0; a < 3; a++) {
-                assert_within(gain[a], rep.outside_impulse[a], 1e-15 * size);
-                assert_within(-force[a] * dt, rep.wall_impulse[a], 1e-13 * size);
-                assert_within(rep.momentum[a] - before[a],
-                              rep.wall_impulse[a] + rep.gravity_impulse[a] + gain[a], 1e-13 * size);
-            }
+            check_balance(&r, before, dt);
         }
         gsl_rng_free(rng);
         dem_free(r.sim);

@@ -85,64 +85,66 @@ static int64_t brute_force(const rig *r, const dem_view *p, double (*force)[3], 
     return found;
 }
 
+/* Walls at the sides that are not periodic; the domain is the net behind them. */
+static void enclose(rig *r, double side, int periodic_mask)
+{
+    for (int a = 0; a < 3; a++) {
+        double lo[3] = {-1, -1, -1}, hi[3] = {1, 1, 1};
+        r->param.periodic[a] = periodic_mask >> a & 1;
+        if (r->param.periodic[a]) continue;
+        r->param.lo[a] *= 1.2;
+        r->param.hi[a] *= 1.2;
+        lo[a] = -side;
+        hi[a] = side;
+        r->wall[r->param.n_wall++].shape = dem_sdf_box(lo, hi, 1);
+    }
+}
+
+/* One step, its forces against those of all pairs and walls at its beginning. Returns contacts. */
+static int64_t check_step(rig *r, double side, double k, double size)
+{
+    static double expected[MANY][3], by_id[7 * MANY + 3][3];
+    dem_view p = dem_particles(r->sim);
+    int64_t found = brute_force(r, &p, expected, k);
+    for (size_t i = 0; i < p.n; i++)
+        for (int a = 0; a < 3; a++) {
+            double x = p.x[i][a];
+            double sink = r->param.periodic[a] ? 0 : fabs(x) + p.radius[i] - side;
+            /* By id: the step may sort. */
+            by_id[p.id[i]][a] = expected[i][a] + (sink > 0 ? (x > 0 ? -k : k) * sink : 0);
+        }
+    rig_advance(r, 2e-5, 1);
+    assert_int_equal(dem_last_report(r->sim).contacts, found);
+    p = dem_particles(r->sim);
+    for (size_t i = 0; i < p.n; i++)
+        for (int a = 0; a < 3; a++) assert_within(p.force[i][a], by_id[p.id[i]][a], 1e-11 * size);
+    return found;
+}
+
 /* Elastic and smooth, so that the force follows from the positions. */
 static void compare(double box, int periodic_mask, int uniform, double skin)
 {
     rig r;
-    const double R = 1e-3, k = 700;
-    rig_init(&r, DEM_LINEAR, .5 * box * R);
+    const double R = 1e-3, k = 700, side = .5 * box * R;
+    rig_init(&r, DEM_LINEAR, side);
     rig_pairs(&r, 1, 0, k, 1);
     r.param.skin = skin;
-    for (int a = 0; a < 3; a++) {
-        r.param.periodic[a] = periodic_mask >> a & 1;
-        if (r.param.periodic[a]) continue;
-        r.param.lo[a] *= 1.2; /* the wall is the bound, the domain the net below it */
-        r.param.hi[a] *= 1.2;
-    }
-    for (int a = 0; a < 3; a++) {
-        char name[] = {'s', (char)('x' + a), 0};
-        strcpy(r.wall[a].name, name);
-        double lo[3] = {-1, -1, -1}, hi[3] = {1, 1, 1};
-        lo[a] = -.5 * box * R;
-        hi[a] = .5 * box * R;
-        if (!r.param.periodic[a]) {
-            r.wall[r.param.n_wall].material = 0;
-            r.wall[r.param.n_wall++].shape = dem_sdf_box(lo, hi, 1);
-        }
-    }
+    enclose(&r, side, periodic_mask);
     rig_start(&r);
     static crowd c;
     double lo[3], hi[3], room = 1;
     for (int a = 0; a < 3; a++) {
-        hi[a] = .5 * box * R - (r.param.periodic[a] ? 0 : R);
+        hi[a] = side - (r.param.periodic[a] ? 0 : R);
         lo[a] = -hi[a];
         room *= (hi[a] - lo[a]) / R;
     }
     double fill = .3 * room / (4. / 3 * M_PI);
     make_crowd(&c, 11, fill < MANY ? (size_t)fill : MANY, lo, hi, R, 1, uniform);
     add_crowd(&r, &c);
-    static double expected[MANY][3], wall[MANY][3];
     int64_t most = 0;
     for (int s = 0; s < 120; s++) {
-        dem_view p = dem_particles(r.sim);
-        int64_t found = brute_force(&r, &p, expected, k);
-        /* Forces by id: the step may sort. */
-        static double by_id[7 * MANY + 3][3];
-        for (size_t i = 0; i < p.n; i++) memcpy(by_id[p.id[i]], expected[i], sizeof expected[i]);
-        for (size_t i = 0; i < p.n; i++)
-            for (int a = 0; a < 3; a++) {
-                double x = p.x[i][a], side = .5 * box * R;
-                double sink = r.param.periodic[a] ? 0 : fabs(x) + p.radius[i] - side;
-                wall[i][a] = sink > 0 ? (x > 0 ? -k : k) * sink : 0;
-                by_id[p.id[i]][a] += wall[i][a];
-            }
-        rig_advance(&r, 2e-5, 1);
-        assert_int_equal(dem_last_report(r.sim).contacts, found);
+        int64_t found = check_step(&r, side, k, k * R);
         most = found > most ? found : most;
-        p = dem_particles(r.sim);
-        for (size_t i = 0; i < p.n; i++)
-            for (int a = 0; a < 3; a++)
-                assert_within(p.force[i][a], by_id[p.id[i]][a], 1e-11 * k * R);
     }
     if (most < (int64_t)c.n / 40 || most == 0) fail_msg("%ld contacts of %zu", (long)most, c.n);
     assert_true(dem_last_report(r.sim).rebuilds > 3);
