@@ -276,9 +276,12 @@ void particlePhase::voidage(volScalarField& voidfraction) const
 {
     const double* eps = phase_voidage(phase_);
 
-    forAll(voidfraction, c)
+    // the reference stores the old time; element access would not
+    scalarField& alpha = voidfraction.primitiveFieldRef();
+
+    forAll(alpha, c)
     {
-        voidfraction[c] = eps[c];
+        alpha[c] = eps[c];
     }
     voidfraction.correctBoundaryConditions();
 }
