@@ -23,6 +23,8 @@ install(FILES ${PROJECT_BINARY_DIR}/felmiConfig.cmake ${PROJECT_BINARY_DIR}/felm
         DESTINATION ${package_dir})
 
 # pkg-config: name, what it is, what a user of the header needs besides
+# The prefix is where the file stands, as install --prefix may be given later than configure.
+file(RELATIVE_PATH PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 function(pkg_config_file name description requires libs)
     set(PC_NAME ${name})
     set(PC_DESCRIPTION ${description})

@@ -15,6 +15,7 @@
 #include <math.h>
 #include <string.h>
 #include "dem.h"
+#include "near.h"
 
 typedef struct rig {
     dem_param param;

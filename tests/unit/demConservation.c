@@ -106,6 +106,13 @@ static void momentum_kept(void **state)
             p = dem_particles(r.sim);
             angular_momentum(&p, L1, &size_L);
             dem_report rep = dem_last_report(r.sim);
+            double dp = 0, dL = 0;
+            for (int a = 0; a < 3; a++) {
+                dp = fmax(dp, fabs(rep.momentum[a] - P0[a]) / size_p);
+                dL = fmax(dL, fabs(L1[a] - L0[a]) / size_L);
+            }
+            print_message("%s, R %g m, up to %d contacts: momentum kept to %.1e, angular to %.1e\n",
+                          law == DEM_LINEAR ? "Linear" : "Hertz", radius[k], (int)most, dp, dL);
             for (int a = 0; a < 3; a++) {
                 assert_within(rep.momentum[a], P0[a], 1e-13 * size_p);
                 assert_within(L1[a], L0[a], 1e-12 * size_L);
@@ -149,6 +156,8 @@ static void energy_falls(void **state)
                 /* The cloud has dispersed: nothing is left in springs. */
                 rig_advance(&r, .1, 0);
                 rep = dem_last_report(r.sim);
+                report("Energy of an elastic cloud after over before",
+                       (rep.kinetic_energy + rep.rotational_energy) / start, 1);
                 assert_close(rep.kinetic_energy + rep.rotational_energy, start, 2e-3);
             } else
                 assert_true(least < .8 * start);

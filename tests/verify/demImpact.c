@@ -73,6 +73,11 @@ static void elastic_on_wall(void **state)
         rig_init(&r, DEM_HERTZ, 100 * table[k].R);
         rig_hertz(&r, table[k].E, table[k].nu, table[k].rho);
         outcome o = throw_ball(&r, table[k].R, 0, table[k].v, table[k].time, 4000);
+        print_message("Sphere of %g m at %g m/s on a rigid wall\n", table[k].R, table[k].v);
+        report("    largest force, N", o.force, table[k].force);
+        report("    largest overlap, m", o.overlap, table[k].overlap);
+        report("    duration, s", o.time, table[k].time);
+        report("    speed after, m/s", o.v[2], table[k].v);
         assert_close(o.force, table[k].force, 1e-3);
         assert_close(o.overlap, table[k].overlap, 1e-3);
         assert_close(o.time, table[k].time, 1e-3);
@@ -103,6 +108,11 @@ static void elastic_pair(void **state)
         overlap = fmax(overlap, rep.overlap * R);
         if (rep.contacts) lasted += dt;
     }
+    print_message("Two spheres of .01 m at 10 m/s each\n");
+    report("    largest force, N", force, 7108.24);
+    report("    largest overlap, m", overlap, 3.683040e-4);
+    report("    duration, s", lasted, time);
+    report("    velocity after, x component, m/s", dem_particles(r.sim).v[0][0], -v * n[0]);
     assert_close(force, 7108.24, 1e-3);
     assert_close(overlap, 3.683040e-4, 1e-3);
     assert_close(lasted, time, 1e-3);
@@ -110,30 +120,38 @@ static void elastic_pair(void **state)
     dem_free(r.sim);
 }
 
-/* ---- restitution ------------------------------------------------------------------------------
- */
+/* ---- restitution ----------------------------------------------------------------------------- */
+
+/* Speed after over speed before. */
+static double rebound(dem_law law, double R, double e)
+{
+    const double v = 2.385 * sqrt(R), E = 7.1e9, nu = .22, rho = 2650;
+    const double m = sphere_mass(R, rho), stiffness = 310 * R * 1e4;
+    rig r;
+    rig_init(&r, law, 1000 * R);
+    rig_hertz(&r, E, nu, rho);
+    rig_pairs(&r, e, .3, stiffness, .8);
+    double time =
+        law == DEM_LINEAR ? M_PI * sqrt(m / stiffness) : hertz_time(R, rho, E / (1 - nu * nu), v);
+    return throw_ball(&r, R, 0, v, time, 20000).v[2] / v;
+}
 
 static void restitution(void **state)
 {
     (void)state;
     /* From powder to boulders, so that no length is built in. */
     const double radius[] = {10e-6, 1.3e-3, .5}, e[] = {.05, .3, .62, .9, 1};
-    for (int k = 0; k < 3; k++)
+    for (int law = DEM_LINEAR; law <= DEM_HERTZ; law++)
         for (int i = 0; i < 5; i++) {
-            double R = radius[k], v = 2.385 * sqrt(R), E = 7.1e9, nu = .22, rho = 2650;
-            double m = sphere_mass(R, rho), stiffness = 310 * R * 1e4;
-            rig r;
-            rig_init(&r, DEM_LINEAR, 1000 * R);
-            r.material[0].density = rho;
-            rig_pairs(&r, e[i], .3, stiffness, .8);
-            outcome o = throw_ball(&r, R, 0, v, M_PI * sqrt(m / stiffness), 20000);
-            assert_close(o.v[2] / v, e[i], 1e-3);
-
-            rig_init(&r, DEM_HERTZ, 1000 * R);
-            rig_hertz(&r, E, nu, rho);
-            rig_pairs(&r, e[i], .3, 1, 1);
-            o = throw_ball(&r, R, 0, v, hertz_time(R, rho, E / (1 - nu * nu), v), 20000);
-            assert_close(o.v[2] / v, e[i], 1e-3);
+            double found[3], worst = e[i];
+            for (int k = 0; k < 3; k++) {
+                found[k] = rebound((dem_law)law, radius[k], e[i]);
+                if (fabs(found[k] - e[i]) >= fabs(worst - e[i])) worst = found[k];
+            }
+            report(law == DEM_LINEAR ? "Rebound, linear, worst of three sizes"
+                                     : "Rebound, Hertz, worst of three sizes",
+                   worst, e[i]);
+            for (int k = 0; k < 3; k++) assert_close(found[k], e[i], 1e-3);
         }
 }
 
@@ -164,14 +182,16 @@ static void restitution_unequal(void **state)
         rig_advance(&r, 2 * time, 20000);
         dem_view p = dem_particles(r.sim);
         int a = p.material[0] == 0 ? 0 : 1, b = 1 - a;
+        report(law == DEM_LINEAR ? "Rebound of unequal spheres, linear"
+                                 : "Rebound of unequal spheres, Hertz",
+               (p.v[b][1] - p.v[a][1]) / v, e);
         assert_close(p.v[b][1] - p.v[a][1], e * v, 1e-3);
         assert_close(m[0] * p.v[a][1] + m[1] * p.v[b][1], m[0] * v, 1e-13);
         dem_free(r.sim);
     }
 }
 
-/* ---- oblique impact ----------------------------------------------------------------------------
- */
+/* ---- oblique impact -------------------------------------------------------------------------- */
 
 static outcome alumina(double degrees, double stiffer)
 {
@@ -187,27 +207,45 @@ static outcome alumina(double degrees, double stiffer)
 static void chung_ooi_4(void **state)
 {
     (void)state;
-    const double R = 2.5e-3, mu = .092, e = .98, v = 3.9;
+    const double v = 3.9;
     const double angle[] = {5.17,  10.16, 14.99, 20.06, 25.05, 30.12,
                             40.02, 50,    59.98, 69.96, 80.02};
     const double ratio[] = {.9481, .6870, .6244, .6161, .6343, .6837,
                             .7809, .8451, .8929, .9316, .9662};
     for (int k = 0; k < 11; k++) {
-        outcome o = alumina(angle[k], 1);
-        double vt = v * sin(angle[k] * M_PI / 180), vn = v * cos(angle[k] * M_PI / 180);
-        assert_close(o.v[0] / vt, ratio[k], .025);
-        if (angle[k] < 35) continue;
-        /* slides throughout */
-        double spin = 2.5 * mu * (1 + e) * vn / R;
-        assert_close(o.v[0], vt - mu * (1 + e) * vn, 1e-3);
-        assert_close(o.omega[1], spin, 3e-3);
-        assert_close(alumina(angle[k], 1e3).omega[1], spin, 1e-3);
+        double found = alumina(angle[k], 1).v[0] / (v * sin(angle[k] * M_PI / 180));
+        print_message("%5.2f degrees, ", angle[k]);
+        report("tangential restitution", found, ratio[k]);
+        assert_close(found, ratio[k], .025);
     }
     /* The spin published: read to 3 % of its largest value. */
     const double spin_angle[] = {9.92, 19.94, 29.96, 39.98, 50, 60.02, 80.06};
     const double spin[] = {213, 510.6, 616.5, 544.8, 457, 357.5, 126.3};
-    for (int k = 0; k < 7; k++)
-        assert_within(alumina(spin_angle[k], 1).omega[1], spin[k], .03 * 616.5);
+    for (int k = 0; k < 7; k++) {
+        double found = alumina(spin_angle[k], 1).omega[1];
+        print_message("%5.2f degrees, ", spin_angle[k]);
+        report("spin after, rad/s", found, spin[k]);
+        assert_within(found, spin[k], .03 * 616.5);
+    }
+}
+
+/* Above some angle it slides throughout: v_t' = v_t - mu (1+e) v_n, w' = 5/2 mu (1+e) v_n/R. */
+static void sliding_branch(void **state)
+{
+    (void)state;
+    const double R = 2.5e-3, mu = .092, e = .98, v = 3.9;
+    for (double degrees = 35; degrees < 86; degrees += 10) {
+        double vt = v * sin(degrees * M_PI / 180), vn = v * cos(degrees * M_PI / 180);
+        double speed = vt - mu * (1 + e) * vn, spin = 2.5 * mu * (1 + e) * vn / R;
+        outcome o = alumina(degrees, 1), stiff = alumina(degrees, 1e3);
+        print_message("Sliding throughout, %g degrees\n", degrees);
+        report("    tangential speed after, m/s", o.v[0], speed);
+        report("    spin after, rad/s", o.omega[1], spin);
+        report("    spin after, a thousand times as stiff, rad/s", stiff.omega[1], spin);
+        assert_close(o.v[0], speed, 1e-3);
+        assert_close(o.omega[1], spin, 3e-3);
+        assert_close(stiff.omega[1], spin, 1e-3);
+    }
 }
 
 static double thornton(dem_law law, double T, double stiffer)
@@ -234,12 +272,16 @@ static void thornton_2013(void **state)
                                 {4.831, -.818}, {5.760, -.764}, {7.676, .721},  {9.320, 2.352}};
     for (int k = 0; k < 9; k++) {
         double T = hertz[k][0], V = thornton(DEM_HERTZ, T, 1);
+        print_message("Hertz,  T %.3f: V %.3f, published %.3f, off by %.3f\n", T, V, hertz[k][1],
+                      V - hertz[k][1]);
         if (T > 7) assert_within(thornton(DEM_HERTZ, T, 1e4), T - 7, 7e-3); /* slides: exactly */
         /* All of the range is -7 (stopped dead) to 7. */
         assert_within(V, hertz[k][1], T > 7 ? .05 : .22);
     }
     for (int k = 0; k < 8; k++) {
         double T = linear[k][0], V = thornton(DEM_LINEAR, T, 1);
+        print_message("Linear, T %.3f: V %.3f, published %.3f, off by %.3f\n", T, V, linear[k][1],
+                      V - linear[k][1]);
         if (T > 7) assert_within(thornton(DEM_LINEAR, T, 1e4), T - 7, 7e-3);
         assert_within(V, linear[k][1], T > 7 ? .05 : .15);
     }
@@ -265,6 +307,7 @@ static void sticking_closed_form(void **state)
         double c = w2 > 0 ? cos(w * time) : cosh(w * time);
         double s = w2 > 0 ? sin(w * time) : sinh(w * time);
         double slip = vt * exp(-h_t * time) * (c - h_t / w * s);
+        report("Sticking, slip after over slip before", (o.v[0] - R * o.omega[1]) / vt, slip / vt);
         assert_within(o.v[0] - R * o.omega[1], slip, 1e-3 * vt);
     }
 }
@@ -273,10 +316,10 @@ int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(elastic_on_wall),     cmocka_unit_test(elastic_pair),
-        cmocka_unit_test(restitution),         cmocka_unit_test(restitution_unequal),
-        cmocka_unit_test(chung_ooi_4),         cmocka_unit_test(thornton_2013),
-        cmocka_unit_test(sticking_closed_form)};
+        cmocka_unit_test(elastic_on_wall), cmocka_unit_test(elastic_pair),
+        cmocka_unit_test(restitution),     cmocka_unit_test(restitution_unequal),
+        cmocka_unit_test(chung_ooi_4),     cmocka_unit_test(sliding_branch),
+        cmocka_unit_test(thornton_2013),   cmocka_unit_test(sticking_closed_form)};
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
     return failed;
