@@ -106,6 +106,17 @@ boundaryField
 END
 }
 
+# meanVelocity SIDES CELLS: dp H^2/(12 mu L), times 1 + 2/n^2 on n cells (mirrored ghost), to 1e-4
+meanVelocity()
+{
+    awk -F'[( )]' -v sides="$1" -v cells="$2" '
+        /^\([-0-9]/ && !done { sum += $2; n++ } /^\)/ { done = 1 } END {
+        mean = 24 * .01^2 / (12 * 1.3e-3 * .2) * (1 + 2 / 20^2)
+        printf "channel, sides %s: mean velocity of %d cells %.6f m/s, %.6f expected\n", sides, n,
+            sum / n, mean
+        exit !(n == cells && (sum / n / mean - 1)^2 < 1e-8) }' case/0.12/U || bad=1
+}
+
 expect 0 "usage: felmiMAC" felmiMAC -help
 expect 0 "." felmiMAC -version
 expect 2 "unknown argument '-cas'" felmiMAC -cas .
@@ -121,11 +132,7 @@ times=$(cd case && ls -d [0-9]* | tr '\n' ' ')
 head -n 1 case/postProcessing/felmiMAC/solver.csv |
     grep -qx "time,deltaT,courant,iterations,residual,p_outlet,p_inlet,height" ||
     { head -n 1 case/postProcessing/felmiMAC/solver.csv; bad=1; }
-# mean velocity dp H^2/(12 mu L), times 1 + 2/n^2 on n cells (mirrored ghost), to 1e-4
-awk -F'[( )]' '/^\([-0-9]/ && !done { sum += $2; n++ } /^\)/ { done = 1 } END {
-    mean = 24 * .01^2 / (12 * 1.3e-3 * .2) * (1 + 2 / 20^2)
-    printf "channel: mean velocity of %d cells %.6f m/s, %.6f expected\n", n, sum / n, mean
-    exit !(n == 80 && (sum / n / mean - 1)^2 < 1e-8) }' case/0.12/U || bad=1
+meanVelocity empty 80
 
 if command -v blockMesh >/dev/null && command -v postProcess >/dev/null; then
     (cd case && blockMesh && postProcess -func "patchAverage(name=inlet,U)" -latestTime) >log 2>&1 ||
@@ -134,6 +141,25 @@ if command -v blockMesh >/dev/null && command -v postProcess >/dev/null; then
     awk -v u="$average" 'BEGIN { exit !(u > .76 && u < .78) }' ||
         { echo "OpenFOAM reads '$average' m/s at the inlet"; bad=1; }
 fi
+
+# The same flow between other sides without friction, two cells across.
+for type in slip symmetry symmetryPlane cyclic; do
+    channel
+    patch=$type u=$type p=$type
+    [ $type = slip ] && patch=patch p=zeroGradient
+    sed -i 's/(4 20 1)/(4 20 2)/' case/system/blockMeshDict
+    if [ $type = cyclic ]; then
+        sed -i 's/^ *sides .*/back { type cyclic; neighbourPatch front; faces ((0 1 2 3)); }\
+            front { type cyclic; neighbourPatch back; faces ((4 5 6 7)); }/' case/system/blockMeshDict
+        sed -i 's/sides {/"back|front" {/' case/0/U case/0/p
+    else
+        sed -i "s/sides { type empty/sides { type $patch/" case/system/blockMeshDict
+    fi
+    sed -i "s/type empty/type $u/" case/0/U
+    sed -i "s/type empty/type $p/" case/0/p
+    expect 0 "End" felmiMAC -case case
+    meanVelocity $type 160
+done
 
 channel
 sed -i 's/noSlip/noSlp/' case/0/U
