@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * log.c - start of the log, line of a step, and the time series of the flow.
+ *
+ * The limits of the time step are those of the explicit terms: convection and viscosity of the
+ * fluid (mac_limits) and contacts of the particles. Explicit drag is limited by
+ *     dt < 2 rho eps / (d(K u)/du),
+ * between one and two times rho eps / K, since K grows at most linearly with u; the running
+ * measure in the log is K dt/(rho eps).
+ */
+#include "log.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+static void line(void)
+{
+    puts("// * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * //");
+}
+
+void mac_log_program(const char *directory)
+{
+    char host[256] = "unknown", date[64] = "";
+    const time_t now = time(NULL);
+    struct tm local;
+    gethostname(host, sizeof host - 1);
+    if (localtime_r(&now, &local)) strftime(date, sizeof date, "%b %d %Y %H:%M:%S", &local);
+    char *folder = realpath(directory, NULL);
+    printf("/*---------------------------------------------------------------------------*\\\n"
+           "| felmiFoam %-16s particles in fluids: FELMI, component by component |\n"
+           "\\*---------------------------------------------------------------------------*/\n"
+           "Exec   : felmiMAC\nDate   : %s\nHost   : %s\nPID    : %ld\nCase   : %s\nnProcs : 1\n",
+           FELMI_VERSION, date, host, (long)getpid(), folder ? folder : directory);
+    free(folder);
+    line();
+}
+
+/* ---- the case -------------------------------------------------------------------------------- */
+
+static void log_sides(const mac_case *c)
+{
+    static const char *const name[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+    puts("\nPatches");
+    for (int i = 0; i < c->patches; i++) {
+        const mac_patch *patch = &c->patch[i];
+        char sides[32] = "";
+        for (int s = 0; s < patch->sides; s++) {
+            strcat(sides, " ");
+            strcat(sides, name[patch->side[s]]);
+        }
+        printf("    %-16s%-14s U %-30s p %s\n", patch->name, sides, patch->U.type, patch->p.type);
+    }
+}
+
+static void log_equations(const mac_case *c)
+{
+    static const char *const convection[] = {"hybrid: central up to cell Peclet number 2, upwind "
+                                             "above",
+                                             "upwind", "central"};
+    const mac_param *p = &c->flow;
+    puts("\nEquations (u interstitial, p full pressure, shared by both phases)");
+    puts("    d(eps)/dt + div(eps u) = 0");
+    puts(c->particles ? "    d(eps rho u)/dt + div(eps rho u u) = -eps grad p + S - K u\n"
+                        "        + div(eps mu (grad u + grad u^T)) + eps rho g"
+                      : "    with eps = 1:  d(rho u)/dt + div(rho u u) = -grad p\n"
+                        "        + div(mu (grad u + grad u^T)) + rho g");
+    printf("    %-16s%s\n", "convection", convection[p->convection]);
+    printf("    %-16s%s\n", "time", "explicit, first order; pressure and continuity implicit");
+    if (c->particles)
+        printf("    %-16s%s\n", "drag",
+               c->coupling.scheme == CPL_EXPLICIT ? "explicit" : "implicit in u");
+    printf("    %-16sconjugate gradients, multigrid %c-cycle, to %g\n", "pressure",
+           p->cycle == MAC_W_CYCLE ? 'W' : 'V', p->tolerance);
+    for (int d = 0; d < 3; d++)
+        if (p->hold_flux[d])
+            printf("    %-16s%c, eps u + (1 - eps) v kept at %g m/s\n", "mean flux", "xyz"[d],
+                   p -> mean_flux[d]);
+}
+
+void mac_log_case(const mac_case *c)
+{
+    const case_mesh *m = &c->mesh;
+    puts("\nMesh");
+    printf("    %-16s%d x %d x %d = %ld\n", "cells", m->cells[0], m->cells[1], m->cells[2],
+           (long)m->cells[0] * m->cells[1] * m->cells[2]);
+    printf("    %-16s(%g %g %g) to (%g %g %g) m\n", "box", m->lo[0], m->lo[1], m->lo[2], m->hi[0],
+           m->hi[1], m->hi[2]);
+    printf("    %-16s(%g %g %g) m\n", "spacing", m->spacing[0], m->spacing[1], m->spacing[2]);
+    puts("\nFluid");
+    printf("    %-16s%g kg/m3\n", "density", c->flow.rho);
+    printf("    %-16s%g Pa s\n", "viscosity", c->flow.mu);
+    printf("    %-16s(%g %g %g) m/s2\n", "gravity", c->flow.gravity[0], c->flow.gravity[1],
+           c->flow.gravity[2]);
+    log_sides(c);
+    log_equations(c);
+    fflush(stdout);
+}
+
+static void log_particles(const mac_case *c, const mac_coupled *coupled)
+{
+    static const char *const law[] = {"none", "Ergun, Wen and Yu", "Di Felice",
+                                      "Schiller and Naumann"};
+    const phase_report r = phase_last_report(coupled->particles);
+    const dem_view view = dem_particles(phase_engine(coupled->particles));
+    double smallest = INFINITY, largest = 0;
+    for (size_t i = 0; i < view.n; i++) {
+        smallest = fmin(smallest, 2 * view.radius[i]);
+        largest = fmax(largest, 2 * view.radius[i]);
+    }
+    puts("\nParticles");
+    printf("    %-16s%zu\n", "number", view.n);
+    if (view.n) printf("    %-16s%g to %g m\n", "diameter", smallest, largest);
+    printf("    %-16s%s\n", "contact law", c->dem.param.law == DEM_HERTZ ? "hertz" : "linear");
+    printf("    %-16s%s\n", "drag law", law[c->coupling.drag]);
+    printf("    %-16s%g to %g\n", "void fraction", r.map.eps_min, r.map.eps_max);
+    if (r.map.full_cells)
+        printf("    %-16s%g of %g m3 moved to neighbours by the packing limit %g\n", "full cells",
+               r.map.moved_volume, r.map.solid_volume, c->coupling.packing_limit);
+}
+
+static void log_limit(const char *name, double value, const char *what)
+{
+    if (isfinite(value) && value > 0)
+        printf("    %-16s%12.4g s  %s\n", name, value, what);
+    else
+        printf("    %-16s%12s    %s\n", name, "-", what);
+}
+
+void mac_log_limits(const mac_case *c, const mac_coupled *coupled, double dt)
+{
+    double convective, viscous;
+    mac_limits(coupled->fluid, &convective, &viscous);
+    if (coupled->particles) log_particles(c, coupled);
+    puts("\nLimits of the time step");
+    log_limit("convection", convective, "Courant number 1, at the start's velocity");
+    log_limit("viscosity", viscous, "rho / (4 mu sum 1/h^2)");
+    if (coupled->particles) {
+        const dem_limits limits = dem_time_limits(phase_engine(coupled->particles));
+        double K = 0;
+        const double *Kc = phase_K(coupled->particles), *eps = phase_voidage(coupled->particles);
+        for (size_t i = 0; i < coupled->cells; i++) K = fmax(K, Kc[i] / (c->flow.rho * eps[i]));
+        log_limit("drag", K > 0 ? 1 / K : INFINITY,
+                  c->coupling.scheme == CPL_EXPLICIT
+                      ? "rho eps / K, fluid moving with particles"
+                      : "rho eps / K, not a limit: drag is implicit");
+        log_limit("contact", limits.contact, "period of a contact / stepsPerPeriod: sub-steps");
+        log_limit("Rayleigh", limits.rayleigh, "a fifth of the Rayleigh time, not imposed");
+        log_limit("user", limits.user, "timeStep.maximum");
+        log_limit("sub-step", dt / ceil(dt / limits.step * (1 - 1e-12)), "at first");
+    }
+    log_limit("deltaT", dt, c->control.adjust_time_step ? "at first, then by maxCo" : "fixed");
+    printf("\nTime from %g to %g s, output every %g s\n", c->control.start_time,
+           c->control.end_time, c->control.write_interval);
+    line();
+    puts("");
+    fflush(stdout);
+}
+
+void mac_log_step(const mac_case *c, const mac_coupled *coupled, double time, double dt,
+                  double seconds_elapsed)
+{
+    const mac_report *r = &coupled->fluid->report;
+    const case_control *control = &c->control;
+    char text[512];
+    if (coupled->particles) {
+        phase_log(coupled->particles, text, sizeof text, time, control->end_time, r->courant,
+                  coupled->seconds_fluid, seconds_elapsed, control->start_time);
+        printf("%s  p %d it\n", text, r->iterations);
+        fflush(stdout);
+        return;
+    }
+    long left = lrint(seconds_elapsed * (control->end_time - time) / (time - control->start_time));
+    printf("Time = %-9.6g s  dt %-8.3g  Co %-6.3g  p %d it, residual %.1e  continuity %.1e  "
+           "[fluid %.1f ms]  left %ld:%02ld:%02ld\n",
+           time, dt, r->courant, r->iterations, r->residual, r->continuity,
+           1e3 * coupled->seconds_fluid, left / 3600, left / 60 % 60, left % 60);
+    fflush(stdout);
+}
+
+/* ---- time series ----------------------------------------------------------------------------- */
+
+FILE *mac_series_open(const mac_case *c, char *message, size_t size)
+{
+    static const char *const folders[] = {"postProcessing", "postProcessing/felmiMAC"};
+    char path[4200];
+    for (int i = 0; i < 2; i++) {
+        snprintf(path, sizeof path, "%s/%s", c->directory, folders[i]);
+        if (mkdir(path, 0777) && errno != EEXIST) {
+            snprintf(message, size, "%s cannot be made: %s", path, strerror(errno));
+            return NULL;
+        }
+    }
+    snprintf(path, sizeof path, "%s/postProcessing/felmiMAC/solver.csv", c->directory);
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        snprintf(message, size, "%s cannot be written: %s", path, strerror(errno));
+        return NULL;
+    }
+    fputs("time,deltaT,courant,iterations,residual", file);
+    for (int i = 0; i < c->patches; i++)
+        if (c->patch[i].type == CASE_PATCH) fprintf(file, ",p_%s", c->patch[i].name);
+    fputs(",height\n", file);
+    return file;
+}
+
+int mac_series_write(FILE *file, const mac_case *c, const mac_coupled *coupled, double time,
+                     double dt)
+{
+    const mac *m = coupled->fluid;
+    fprintf(file, "%.14g,%.14g,%.6g,%d,%.3g", time, dt, m->report.courant, m->report.iterations,
+            m->report.residual);
+    for (int i = 0; i < c->patches; i++) {
+        const mac_patch *patch = &c->patch[i];
+        if (patch->type != CASE_PATCH) continue;
+        double sum = 0, area = 0;
+        for (int s = 0; s < patch->sides; s++) {
+            int d = patch->side[s] / 2;
+            double A = 1;
+            for (int e = 0; e < 3; e++)
+                if (e != d) A *= c->mesh.hi[e] - c->mesh.lo[e];
+            sum += A * mac_side_pressure(m, patch->side[s]);
+            area += A;
+        }
+        fprintf(file, ",%.14g", sum / area);
+    }
+    double height = coupled->particles ? phase_last_report(coupled->particles).height : 0;
+    fprintf(file, ",%.14g\n", height);
+    return fflush(file) ? -1 : 0;
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * log.h - what a run of felmiMAC says: the start of its log, and solver.csv.
+ */
+#ifndef MAC_LOG_H
+#define MAC_LOG_H
+
+#include <stdio.h>
+#include "coupling.h"
+#include "settings.h"
+
+/* Program, host and case. */
+void mac_log_program(const char *directory);
+/* Mesh, fluid, sides, scheme and equations. */
+void mac_log_case(const mac_case *c);
+/* Every limit on the time step, once the simulation is built. */
+void mac_log_limits(const mac_case *c, const mac_coupled *coupled, double dt);
+/* The line of a step. */
+void mac_log_step(const mac_case *c, const mac_coupled *coupled, double time, double dt,
+                  double seconds_elapsed);
+
+/* <case>/postProcessing/felmiMAC/solver.csv; NULL with the text in message. */
+FILE *mac_series_open(const mac_case *c, char *message, size_t size);
+/* A row: time, step, Courant number, iterations, residual, mean pressure of each patch (Pa), bed
+ * height (m). 0, or -1 when it could not be written. */
+int mac_series_write(FILE *file, const mac_case *c, const mac_coupled *coupled, double time,
+                     double dt);
+
+#endif
