@@ -5,7 +5,8 @@
  * Particles move by Newton's laws under contact forces, gravity, walls given by signed distance
  * functions, and an outside (fluid) force that answers to the particle's own velocity:
  *
- *     m dv/dt = sum F_contact + m g + f + k (w - v) + M (a - dv/dt)     (M a is handed over inside f)
+ *     m dv/dt = sum F_contact + m g + f + k (w - v) + M (a - dv/dt)     (M a is handed over inside
+ * f)
  *
  * The engine knows nothing of fluids, meshes or files of a case. It reports the impulse that the
  * outside force really delivered to each particle, so that whoever gave the force can close its
@@ -109,38 +110,38 @@ typedef enum dem_insertion_kind {
 typedef struct dem_insertion {
     char name[DEM_NAME];
     dem_insertion_kind kind;
-    dem_sdf *region;          /* centres obey distance >= radius for RANDOM, >= 0 for LATTICE; owned
-                                 like a wall's shape; made with inside = 1; NULL for LIST */
-    double lo[3], hi[3];      /* bounding box of the region, m */
-    int64_t number;           /* RANDOM: how many, or -1 to use solid_fraction */
-    double solid_fraction;    /* RANDOM: volume of particles / volume of the region */
-    double spacing[3];        /* LATTICE: m; first centre at lo + spacing/2 */
-    size_t n;                 /* LIST: number of positions, owned copy made by dem_new */
-    const double (*x)[3];     /* LIST */
+    dem_sdf *region;       /* centres obey distance >= radius for RANDOM, >= 0 for LATTICE; owned
+                              like a wall's shape; made with inside = 1; NULL for LIST */
+    double lo[3], hi[3];   /* bounding box of the region, m */
+    int64_t number;        /* RANDOM: how many, or -1 to use solid_fraction */
+    double solid_fraction; /* RANDOM: volume of particles / volume of the region */
+    double spacing[3];     /* LATTICE: m; first centre at lo + spacing/2 */
+    size_t n;              /* LIST: number of positions, owned copy made by dem_new */
+    const double (*x)[3];  /* LIST */
     int material;
-    double diameter;          /* m */
-    double velocity[3];       /* m/s */
-    double velocity_spread;   /* m/s, standard deviation of each component (normal), >= 0 */
+    double diameter;            /* m */
+    double velocity[3];         /* m/s */
+    double velocity_spread;     /* m/s, standard deviation of each component (normal), >= 0 */
     double angular_velocity[3]; /* rad/s */
     uint64_t seed;
 } dem_insertion;
 
 typedef struct dem_param {
-    double lo[3], hi[3];      /* domain, m; leaving it through a side not periodic is fatal */
+    double lo[3], hi[3]; /* domain, m; leaving it through a side not periodic is fatal */
     int periodic[3];
-    double gravity[3];        /* m/s2 */
+    double gravity[3]; /* m/s2 */
     dem_law law;
     size_t n_material;
     const dem_material *material;
-    const dem_pair *pair;     /* [n_material * n_material], symmetric */
+    const dem_pair *pair; /* [n_material * n_material], symmetric */
     size_t n_wall;
     const dem_wall *wall;
     size_t n_insertion;
     const dem_insertion *insertion;
-    double steps_per_period;  /* Omega of the DEM time step, default 20 */
-    double time_step;         /* largest DEM step, s; 0: from steps_per_period alone */
-    double impact_speed;      /* m/s, floor of the speed that sets Hertz's contact time; 0: none */
-    double skin;              /* Verlet skin / largest diameter, default .15; > 0 */
+    double steps_per_period; /* Omega of the DEM time step, default 20 */
+    double time_step;        /* largest DEM step, s; 0: from steps_per_period alone */
+    double impact_speed;     /* m/s, floor of the speed that sets Hertz's contact time; 0: none */
+    double skin;             /* Verlet skin / largest diameter, default .15; > 0 */
 } dem_param;
 
 dem_param dem_param_default(void);
@@ -172,7 +173,7 @@ typedef struct dem_view {
     const double *radius;     /* m */
     const double *mass;       /* kg */
     const int *material;
-    const double (*force)[3]; /* contact force + weight of the last step, N */
+    const double (*force)[3];   /* contact force + weight of the last step, N */
     const double (*impulse)[3]; /* delivered by the outside force in the last dem_advance, N s */
 } dem_view;
 
@@ -232,18 +233,18 @@ void dem_set_time(dem_sim *sim, double time);
 typedef struct dem_report {
     int64_t particles;
     int substeps;
-    double step;                  /* s, of a sub-step */
-    int64_t contacts;             /* between particles, touching at the end */
+    double step;      /* s, of a sub-step */
+    int64_t contacts; /* between particles, touching at the end */
     int64_t wall_contacts;
-    double overlap;               /* largest overlap / radius of the smaller particle, - */
-    double speed;                 /* largest, m/s */
-    double kinetic_energy;        /* translational, J */
-    double rotational_energy;     /* J */
-    double momentum[3];           /* sum m v, kg m/s */
-    double outside_impulse[3];    /* delivered by the outside force, N s */
-    double gravity_impulse[3];    /* N s */
-    double wall_impulse[3];       /* given by all walls to particles, N s */
-    int64_t rebuilds;             /* neighbour lists built since dem_new */
+    double overlap;            /* largest overlap / radius of the smaller particle, - */
+    double speed;              /* largest, m/s */
+    double kinetic_energy;     /* translational, J */
+    double rotational_energy;  /* J */
+    double momentum[3];        /* sum m v, kg m/s */
+    double outside_impulse[3]; /* delivered by the outside force, N s */
+    double gravity_impulse[3]; /* N s */
+    double wall_impulse[3];    /* given by all walls to particles, N s */
+    int64_t rebuilds;          /* neighbour lists built since dem_new */
     double seconds_force, seconds_neighbour, seconds_other; /* wall-clock, in the last advance */
 } dem_report;
 
