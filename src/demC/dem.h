@@ -5,8 +5,7 @@
  * Particles move by Newton's laws under contact forces, gravity, walls given by signed distance
  * functions, and an outside (fluid) force that answers to the particle's own velocity:
  *
- *     m dv/dt = sum F_contact + m g + f + k (w - v) + M (a - dv/dt)     (M a is handed over inside
- * f)
+ *     m dv/dt = sum F_contact + m g + f + k (w - v) + M (a - dv/dt)   (M a is handed over in f)
  *
  * The engine knows nothing of fluids, meshes or files of a case. It reports the impulse that the
  * outside force really delivered to each particle, so that whoever gave the force can close its
