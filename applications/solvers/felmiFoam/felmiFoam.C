@@ -21,7 +21,8 @@ Description
     Sakai). Drag, weight and pressure gradient are balanced on faces and reach
     cells by Perot's reconstruction (faceForces.H): a sharp bed surface neither
     checkerboards nor costs accuracy. Particles are booked what the cells lose,
-    so that momentum is conserved to rounding.
+    to rounding; the fluid's own momentum is kept as far as the pressure
+    corrections are carried.
 
     Particles are those of constant/demProperties, coupled as
     constant/couplingProperties says.
