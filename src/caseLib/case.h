@@ -39,6 +39,8 @@ void case_error(case_errors *errors, const char *file, int line, const char *for
 void case_note(case_errors *errors, const char *file, int line, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 const char *case_notes_text(const case_errors *errors);
+/* Nearest of the NULL-terminated words, NULL if none is near enough to be a misspelling. */
+const char *case_nearest(const char *word, const char *const *words);
 
 /* ---- dictionaries ---------------------------------------------------------------------------- */
 
@@ -48,6 +50,9 @@ typedef struct case_dict case_dict;
  * set the line number of the entry after it (used when OpenFOAM hands over its own dictionaries).
  * NULL on error. */
 case_dict *case_dict_read(const char *path, case_errors *errors);
+/* The same of a file of a case, <directory>/<name>. */
+case_dict *case_read_file(const char *directory, const char *name, case_errors *errors);
+int case_file_exists(const char *directory, const char *name);
 case_dict *case_dict_parse(const char *text, const char *name, case_errors *errors);
 void case_dict_free(case_dict *dict);
 /* File it was read from, and its own key ("" at the top). */
@@ -101,13 +106,27 @@ typedef struct case_control {
     double start_time, end_time, delta_t, write_interval;
     int adjust_time_step;
     double max_co, max_delta_t;
-    int time_precision; /* of the names of time directories */
+    int time_precision;  /* of the names of time directories */
+    int write_precision; /* digits of numbers in fields */
 } case_control;
+/* Notes what OpenFOAM knows and the C programs do not follow: purgeWrite, binary fields. */
 void case_read_control(const char *directory, case_control *control, case_errors *errors);
+/* Of a controlDict that has been read only what any solver needs: deltaT, and endTime after
+ * start_time. The rest as if output were wanted at the end alone. */
+void case_control_of(const case_dict *dict, double start_time, case_control *control,
+                     case_errors *errors);
+/* Name of a time directory as OpenFOAM writes it, with more digits where it would be off by more
+ * than `apart`, so that two times do not share a name. */
+void case_time_name(const case_control *control, double time, double apart, char *name,
+                    size_t size);
 
 /* system/blockMeshDict of one block of equal cells aligned with the axes */
 typedef enum case_patch_type {
-    CASE_PATCH, CASE_WALL, CASE_SYMMETRY, CASE_EMPTY, CASE_CYCLIC
+    CASE_PATCH,
+    CASE_WALL,
+    CASE_SYMMETRY,
+    CASE_EMPTY,
+    CASE_CYCLIC
 } case_patch_type;
 typedef struct case_side { /* -x, +x, -y, +y, -z, +z */
     char patch[CASE_NAME];
@@ -117,7 +136,9 @@ typedef struct case_mesh {
     int cells[3];
     double lo[3], hi[3], spacing[3];
     case_side side[6];
+    int general; /* not one box, but a mesh that blockMesh may well make: for felmiFoam */
 } case_mesh;
+/* In error the mesh has no cells. */
 void case_read_mesh(const char *directory, case_mesh *mesh, case_errors *errors);
 
 /* constant/transportProperties and constant/g */
@@ -126,6 +147,9 @@ typedef struct case_fluid {
     double gravity[3];
 } case_fluid;
 void case_read_fluid(const char *directory, case_fluid *fluid, case_errors *errors);
+/* rho and nu of a transportProperties that has been read; gravity is left 0. `newtonian`: no other
+ * transportModel will do; else nu may be absent, and is NAN then. */
+void case_fluid_of(const case_dict *dict, int newtonian, case_fluid *fluid, case_errors *errors);
 /* constant/g alone, for a run without fluid; (0 0 0) when there is no such file. */
 void case_read_gravity(const char *directory, double gravity[3], case_errors *errors);
 

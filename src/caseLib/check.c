@@ -159,10 +159,6 @@ void case_check(const case_control *control, const case_mesh *mesh, const case_d
     if (mesh && mesh->cells[0] > 0 && coupling) check_cells(mesh, dem, errors);
     for (size_t i = 0; known && i < dem->param.n_insertion; i++)
         if (storage->positions[i]) check_positions(mesh, dem, i, errors);
-    if (control && case_errors_count(errors) == 0 && control->end_time <= control->start_time)
-        case_error(errors, "system/controlDict", 0,
-                   "endTime: found %g; accepted: a time after the start, %g s", control->end_time,
-                   control->start_time);
     if (known) check_walls(dem, errors);
     if (coupling) check_packing(dem, coupling, errors);
     if (control && dem->param.time_step > control->delta_t)

@@ -130,7 +130,7 @@ static int distance(const char *a, const char *b)
     return d[n][m];
 }
 
-const char *nearest_word(const char *word, const char *const *words)
+const char *case_nearest(const char *word, const char *const *words)
 {
     const char *nearest = NULL;
     int length = (int)strlen(word), best = 1 + least(3, length < 3 ? 1 : (length + 2) / 4 + 1);

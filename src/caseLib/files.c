@@ -16,7 +16,7 @@
 #include <string.h>
 #include <unistd.h>
 
-case_dict *read_case_file(const char *directory, const char *name, case_errors *errors)
+case_dict *case_read_file(const char *directory, const char *name, case_errors *errors)
 {
     char path[4096];
     if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path) {
@@ -36,11 +36,15 @@ int case_file_exists(const char *directory, const char *name)
 void suspect_keys(const case_dict *dict, const char *const *known, case_errors *errors)
 {
     for (size_t i = 0; i < dict->n; i++) {
-        const char *key = dict->entry[i]->key, *near = nearest_word(key, known);
+        const char *key = dict->entry[i]->key, *near = case_nearest(key, known);
         if (near && strcmp(key, near) != 0 && !dict->entry[i]->used && !case_has(dict, near))
             key_error(errors, dict, key, "unknown key; did you mean '%s'?", near);
     }
 }
+
+/* Digits of fields where writePrecision is absent: OpenFOAM's own 6 would lose what its and our
+ * tools find by differences of pressure. */
+#define WRITE_PRECISION 10
 
 /* ---- control --------------------------------------------------------------------------------- */
 
@@ -68,11 +72,14 @@ static double read_start(const case_dict *dict, const char *directory, case_erro
     return time_directory(directory, choice == 2);
 }
 
+/* s; NAN in error */
 static double read_interval(const case_dict *dict, const case_control *control, case_errors *errors)
 {
     static const char *const kinds[] = {"timeStep", "runTime", "adjustableRunTime", "adjustable",
                                         NULL};
+    int before = case_errors_count(errors);
     int kind = case_choice(dict, "writeControl", kinds, 0, errors);
+    if (case_errors_count(errors) > before) return NAN; /* the kind of interval is not known */
     if (kind != 0) return read_number(dict, "writeInterval", "s", NULL, case_positive, errors);
     if (control->adjust_time_step)
         key_error(errors, dict, case_has(dict, "writeControl") ? "writeControl" : "adjustTimeStep",
@@ -80,6 +87,48 @@ static double read_interval(const case_dict *dict, const case_control *control, 
                   "adjustableRunTime, runTime");
     return (double)case_integer(dict, "writeInterval", NULL, 1, 1000000000, errors) *
            control->delta_t;
+}
+
+/* What is right in OpenFOAM but not followed here is said, not passed over. */
+static void note_ignored(const case_dict *dict, case_errors *errors)
+{
+    static const char *const formats[] = {"ascii", "binary", NULL};
+    static const char *const names[] = {"general", "fixed", "scientific", NULL};
+    const char *file = dict->file;
+    if (case_choice(dict, "writeFormat", formats, 0, errors) == 1)
+        case_note(errors, file, case_dict_line(dict, "writeFormat"),
+                  "writeFormat: felmiMAC writes fields in ascii, whatever is said here");
+    if (case_choice(dict, "timeFormat", names, 0, errors) != 0)
+        case_note(errors, file, case_dict_line(dict, "timeFormat"),
+                  "timeFormat: felmiMAC and felmiDEM name times in the general format, whatever is "
+                  "said here");
+    if (case_integer(dict, "purgeWrite", &(long){0}, 0, 1000000000, errors) > 0)
+        case_note(errors, file, case_dict_line(dict, "purgeWrite"),
+                  "purgeWrite: felmiMAC and felmiDEM keep the output of all times");
+    const node *value =
+        case_has(dict, "writeCompression") ? dict_match(dict, "writeCompression")->value : NULL;
+    static const char *const off[] = {"off", "no", "false", "uncompressed", NULL};
+    for (int i = 0; value && value->text && off[i]; i++)
+        if (strcmp(value->text, off[i]) == 0) value = NULL;
+    if (value)
+        case_note(errors, file, case_dict_line(dict, "writeCompression"),
+                  "writeCompression: felmiMAC writes fields uncompressed, whatever is said here");
+}
+
+void case_control_of(const case_dict *dict, double start_time, case_control *control,
+                     case_errors *errors)
+{
+    *control = (case_control){.start_time = start_time,
+                              .max_co = INFINITY,
+                              .max_delta_t = INFINITY,
+                              .time_precision = 6,
+                              .write_precision = WRITE_PRECISION};
+    control->end_time = read_number(dict, "endTime", "s", NULL, case_any, errors);
+    if (control->end_time <= start_time)
+        key_error(errors, dict, "endTime", "found %g; accepted: a time after the start, %g s",
+                  control->end_time, start_time);
+    control->delta_t = read_number(dict, "deltaT", "s", NULL, case_positive, errors);
+    control->write_interval = control->end_time - start_time;
 }
 
 void case_read_control(const char *directory, case_control *control, case_errors *errors)
@@ -109,23 +158,31 @@ void case_read_control(const char *directory, case_control *control, case_errors
                                         NULL};
     static const char *const stop[] = {"endTime", NULL};
     *control = (case_control){.end_time = NAN, .delta_t = NAN, .write_interval = NAN};
-    case_dict *dict = read_case_file(directory, "system/controlDict", errors);
+    case_dict *dict = case_read_file(directory, "system/controlDict", errors);
     if (!dict) return;
     suspect_keys(dict, known, errors);
     case_choice(dict, "stopAt", stop, 0, errors);
-    control->start_time = read_start(dict, directory, errors);
-    control->end_time = read_number(dict, "endTime", "s", NULL, case_any, errors);
-    if (control->end_time <= control->start_time)
-        key_error(errors, dict, "endTime", "found %g; accepted: a time after the start, %g s",
-                  control->end_time, control->start_time);
-    control->delta_t = read_number(dict, "deltaT", "s", NULL, case_positive, errors);
+    case_control_of(dict, read_start(dict, directory, errors), control, errors);
     control->adjust_time_step = case_bool(dict, "adjustTimeStep", &(int){0}, errors);
     control->write_interval = read_interval(dict, control, errors);
     control->max_co = read_number(dict, "maxCo", "", &(double){1}, case_positive, errors);
     control->max_delta_t =
         read_number(dict, "maxDeltaT", "s", &(double){INFINITY}, case_positive, errors);
     control->time_precision = (int)case_integer(dict, "timePrecision", &(long){6}, 1, 17, errors);
+    control->write_precision =
+        (int)case_integer(dict, "writePrecision", &(long){WRITE_PRECISION}, 1, 17, errors);
+    note_ignored(dict, errors);
     case_dict_free(dict);
+}
+
+void case_time_name(const case_control *control, double time, double apart, char *name, size_t size)
+{
+    char text[32];
+    for (int digits = control->time_precision; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, time);
+        if (!(fabs(strtod(text, NULL) - time) > apart)) break;
+    }
+    snprintf(name, size, "%s", text);
 }
 
 /* ---- fluid ----------------------------------------------------------------------------------- */
@@ -135,24 +192,31 @@ void case_read_gravity(const char *directory, double gravity[3], case_errors *er
     static const char *const known[] = {"FoamFile", "dimensions", "value", NULL};
     gravity[0] = gravity[1] = gravity[2] = 0;
     if (!case_file_exists(directory, "constant/g")) return; /* weightless */
-    case_dict *dict = read_case_file(directory, "constant/g", errors);
+    case_dict *dict = case_read_file(directory, "constant/g", errors);
     if (!dict) return;
     suspect_keys(dict, known, errors);
     read_vector(dict, "value", "m/s2", NULL, gravity, errors);
     case_dict_free(dict);
 }
 
-void case_read_fluid(const char *directory, case_fluid *fluid, case_errors *errors)
+void case_fluid_of(const case_dict *dict, int newtonian, case_fluid *fluid, case_errors *errors)
 {
     static const char *const models[] = {"Newtonian", NULL};
+    *fluid = (case_fluid){.nu = NAN};
+    if (newtonian) case_choice(dict, "transportModel", models, 0, errors);
+    fluid->rho = read_number(dict, "rho", "kg/m3", NULL, case_positive, errors);
+    if (newtonian || case_has(dict, "nu"))
+        fluid->nu = read_number(dict, "nu", "m2/s", NULL, case_positive, errors);
+}
+
+void case_read_fluid(const char *directory, case_fluid *fluid, case_errors *errors)
+{
     static const char *const known[] = {"FoamFile", "transportModel", "rho", "nu", NULL};
     *fluid = (case_fluid){.rho = NAN, .nu = NAN};
-    case_dict *dict = read_case_file(directory, "constant/transportProperties", errors);
+    case_dict *dict = case_read_file(directory, "constant/transportProperties", errors);
     if (dict) {
         suspect_keys(dict, known, errors);
-        case_choice(dict, "transportModel", models, 0, errors);
-        fluid->rho = read_number(dict, "rho", "kg/m3", NULL, case_positive, errors);
-        fluid->nu = read_number(dict, "nu", "m2/s", NULL, case_positive, errors);
+        case_fluid_of(dict, 1, fluid, errors);
         case_dict_free(dict);
     }
     case_read_gravity(directory, fluid->gravity, errors);

@@ -127,8 +127,38 @@ static case_dict *open_positions(const particle_reader *reader, const char *name
     if (*name == '/') return case_dict_read(name, reader->errors);
     snprintf(path, sizeof path, "constant/%s", name);
     if (!case_file_exists(reader->directory, path) && case_file_exists(reader->directory, name))
-        return read_case_file(reader->directory, name, reader->errors);
-    return read_case_file(reader->directory, path, reader->errors);
+        return case_read_file(reader->directory, name, reader->errors);
+    return case_read_file(reader->directory, path, reader->errors);
+}
+
+/* The first member of a list that is not a position: its place counted from 0, its line, its text.
+ */
+static const node *wrong_position(const node *list, size_t *index)
+{
+    *index = 0;
+    for (const node *at = list->first; at; at = at->next, ++*index)
+        if (at->kind != NODE_LIST || at->first || at->width || at->n != 3) return at;
+    return NULL;
+}
+
+static void refuse_positions(particle_reader *reader, const case_dict *positions,
+                             const entry *entry)
+{
+    static const char *const accepted = "accepted: a list of positions, N ( (x y z) ... ), in m";
+    const node *list = entry ? entry->value : NULL, *wrong = NULL;
+    size_t index = 0;
+    char found[256];
+    if (list && list->kind == NODE_LIST) wrong = wrong_position(list, &index);
+    if (wrong) {
+        describe_members(wrong, found, sizeof found);
+        case_error(reader->errors, positions->file, wrong->line,
+                   "position %zu, counted from 0, is '%s'; %s", index, found, accepted);
+    } else if (list && list->kind == NODE_LIST && list->n > 0) {
+        case_error(reader->errors, positions->file, list->line, "found a list of %s; %s",
+                   list->width ? "rows that have not three numbers" : "plain numbers", accepted);
+    } else {
+        case_error(reader->errors, positions->file, entry ? entry->line : 1, "%s", accepted);
+    }
 }
 
 static void read_file(particle_reader *reader, const case_dict *dict, dem_insertion *to,
@@ -146,8 +176,7 @@ static void read_file(particle_reader *reader, const case_dict *dict, dem_insert
     const entry *entry = dict_match(positions, "");
     const node *list = entry ? entry->value : NULL;
     if (!list || list->width != 3) {
-        case_error(reader->errors, positions->file, entry ? entry->line : 1,
-                   "accepted: a list of positions, N ( (x y z) ... ), in m");
+        refuse_positions(reader, positions, entry);
     } else {
         store *store = reader->storage->store;
         double(*x)[3] = store_alloc(store, list->n * sizeof *x);

@@ -56,7 +56,7 @@ static int find_material(const particle_reader *reader, const case_dict *dict, c
             used += (size_t)snprintf(list + used, sizeof list - used, i ? ", %s" : "%s",
                                      param->material[i].name);
     }
-    const char *near = nearest_word(name, names);
+    const char *near = case_nearest(name, names);
     if (param->n_material)
         key_error(reader->errors, dict, key,
                   "found '%s', which is not among the materials; "

@@ -63,6 +63,13 @@ static int refuse_block(box *box, const char *why)
     return 0;
 }
 
+/* blockMesh can make it, but it is not one box of equal cells. */
+static int refuse_general(box *box, const char *why)
+{
+    box->mesh->general = 1;
+    return refuse_block(box, why);
+}
+
 static int is_numbers(const node *node, size_t n)
 {
     return node && node->kind == NODE_LIST && !node->first && !node->width && node->n == n;
@@ -118,10 +125,11 @@ static int read_block(box *box)
     if (at && !is_word(at, "hex")) {
         int graded = is_word(at, "simpleGrading") || is_word(at, "edgeGrading");
         if (!graded || !at->next || !is_uniform(at->next))
-            return refuse_block(box, "the cells are not all equal");
+            return refuse_general(box, "the cells are not all equal");
         at = at->next->next;
     }
-    return at ? refuse_block(box, "more than one block, or unknown words after it") : 1;
+    if (is_word(at, "hex")) return refuse_general(box, "more than one block");
+    return at ? refuse_block(box, "unknown words after the block") : 1;
 }
 
 /* The hex must be an axis-aligned box with its corners in OpenFOAM's order. */
@@ -139,8 +147,8 @@ static int read_bounds(box *box)
         for (int i = 0; i < 8; i++) {
             double x = box->vertex[box->hex[i]][a], wanted = corner[i][a] ? hi[a] : lo[a];
             if (fabs(x - wanted) > 1e-10 * size)
-                return refuse_block(box, "the vertices are not those of a box whose first, second "
-                                         "and third axis are x, y and z");
+                return refuse_general(box, "the vertices are not those of a box whose first, "
+                                           "second and third axis are x, y and z");
         }
         if (!(hi[a] - lo[a] > 1e-10 * size))
             return refuse_block(box, "an edge of the block has no length or points backwards");
@@ -290,13 +298,15 @@ static void check_sides(const box *box)
 
 /* ---- the file -------------------------------------------------------------------------------- */
 
-static void refuse_entries(const box *box, const char *key)
+static void refuse_entries(box *box, const char *key)
 {
     const entry *entry = dict_match(box->dict, key);
-    if (entry && entry->value && (entry->value->kind != NODE_LIST || entry->value->n > 0))
-        key_error(box->errors, box->dict, key,
-                  "accepted: an empty list; the mesh of felmiMAC is a "
-                  "plain box");
+    if (!entry || !entry->value || (entry->value->kind == NODE_LIST && entry->value->n == 0))
+        return;
+    box->mesh->general = 1;
+    key_error(box->errors, box->dict, key,
+              "accepted: an empty list; the mesh of felmiMAC is a "
+              "plain box");
 }
 
 static void read_box(box *box)
@@ -325,10 +335,12 @@ void case_read_mesh(const char *directory, case_mesh *mesh, case_errors *errors)
     int use_old =
         !case_file_exists(directory, "system/blockMeshDict") && case_file_exists(directory, old);
     memset(mesh, 0, sizeof *mesh);
-    case_dict *dict = read_case_file(directory, use_old ? old : "system/blockMeshDict", errors);
+    case_dict *dict = case_read_file(directory, use_old ? old : "system/blockMeshDict", errors);
     if (!dict) return;
     box box = {.dict = dict, .errors = errors, .mesh = mesh};
+    int before = case_errors_count(errors);
     read_box(&box);
+    if (case_errors_count(errors) > before) *mesh = (case_mesh){.general = mesh->general};
     free(box.vertex);
     case_dict_free(dict);
 }

@@ -135,11 +135,15 @@ static void read_time_step(particle_reader *reader)
 static void read_neighbour(particle_reader *reader)
 {
     static const char *const known[] = {"skin", NULL};
+    /* A particle's list holds those within 1 + skin diameters: at 2 it is 27 times the volume of a
+     * contact's reach, and about a hundred particles long. More is a length in metres or per cent
+     * by mistake, and memory to no use. */
+    const case_range sensible = {0, 2, 1, 0};
     const case_dict *dict = case_sub(reader->dict, "neighbour", 0, reader->errors);
     if (!dict) return;
     case_known(dict, known, reader->errors);
     reader->param->skin =
-        read_number(dict, "skin", "", &reader->param->skin, case_positive, reader->errors);
+        read_number(dict, "skin", "", &reader->param->skin, sensible, reader->errors);
 }
 
 void case_read_dem(const case_dict *dict, const char *directory, const case_mesh *mesh,

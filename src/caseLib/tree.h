@@ -104,10 +104,6 @@ void dict_set(case_dict *dict, const entry *entry);
 int dict_merge(case_dict *into, const case_dict *from);
 int chain_copy(case_dict *scope, const node *from, int depth, chain *copy);
 
-/* errors.c */
-/* Nearest of the NULL-terminated words, NULL if none is near enough to be a misspelling. */
-const char *nearest_word(const char *word, const char *const *words);
-
 /* value.c */
 /* "materials.glass.density" */
 void key_path(const case_dict *dict, const char *key, char *path, size_t size);
@@ -125,5 +121,7 @@ int read_vector(const case_dict *dict, const char *key, const char *unit, const 
 const node *list_value(const case_dict *dict, const char *key);
 /* Write the value of a key as a user would recognise it. */
 void describe_value(const entry *entry, char *text, size_t size);
+/* A node, of a list its members too. */
+void describe_members(const node *node, char *text, size_t size);
 
 #endif

@@ -112,6 +112,21 @@ void describe_value(const entry *entry, char *text, size_t size)
     }
 }
 
+void describe_members(const node *node, char *text, size_t size)
+{
+    *text = '\0';
+    if (node->kind != NODE_LIST || !node->first) {
+        describe_node(node, text, size);
+        return;
+    }
+    put(text, size, "(");
+    for (const struct node *at = node->first; at; at = at->next) {
+        if (at != node->first) put(text, size, " ");
+        describe_node(at, text, size);
+    }
+    put(text, size, ")");
+}
+
 /* "found ...; accepted: ..." at a key. */
 static void wrong_value(case_errors *errors, const case_dict *dict, const char *key,
                         const char *accepted)
@@ -259,7 +274,7 @@ int case_choice(const case_dict *dict, const char *key, const char *const *accep
         if (strcmp(node->text, accepted[i]) == 0) return i;
     char text[640] = "";
     for (int i = 0; accepted[i]; i++) put(text, sizeof text, i ? ", %s" : "%s", accepted[i]);
-    const char *near = word ? nearest_word(node->text, accepted) : NULL;
+    const char *near = word ? case_nearest(node->text, accepted) : NULL;
     if (near) put(text, sizeof text, "; did you mean '%s'?", near);
     wrong_value(errors, dict, key, text);
     return missing >= 0 ? missing : 0;
@@ -396,7 +411,7 @@ void case_known(const case_dict *dict, const char *const *known, case_errors *er
         for (const char *const *word = known; *word && !found; word++)
             found = strcmp(entry->key, *word) == 0;
         if (found) continue;
-        const char *near = nearest_word(entry->key, known);
+        const char *near = case_nearest(entry->key, known);
         /* OpenFOAM hands over the keys that its macros used among the others: at the top level
          * only what looks like a misspelling can be told from them. */
         if (dict->expanded && !dict->parent && !near) continue;

@@ -63,6 +63,54 @@ static void assert_control_says(const char *old, const char *new, const char *pa
     fixture_free(&f);
 }
 
+/* One mistake, one message: an unknown kind of interval says nothing of the interval. */
+static void one_message(void **unused)
+{
+    (void)unused;
+    fixture f = fixture_new();
+    control_of(&f, "startFrom startTime; startTime 0; endTime 2; deltaT .01;\n"
+                   "writeControl clockTime; writeInterval .1;");
+    assert_int_equal(case_errors_count(f.errors), 1);
+    assert_says(f.errors, "controlDict:2: writeControl: found 'clockTime'");
+    fixture_free(&f);
+}
+
+/* What felmiMAC and felmiDEM do not follow is said. */
+static void notes_control(void **unused)
+{
+    (void)unused;
+    static const char *const start = "startFrom startTime; startTime 0; endTime 2; deltaT .01;\n"
+                                     "writeInterval 10; writePrecision 7;\n";
+    static const char *const more[] = {"writeFormat binary;", "timeFormat fixed;", "purgeWrite 3;",
+                                       "writeCompression on;"};
+    for (int i = 0; i < 4; i++) {
+        fixture f = fixture_new();
+        char text[256];
+        snprintf(text, sizeof text, "%s%s", start, "writeFormat ascii; writeCompression off;");
+        case_control c = control_of(&f, text);
+        assert_int_equal(c.write_precision, 7);
+        assert_string_equal(case_notes_text(f.errors), "");
+        snprintf(text, sizeof text, "%s%s", start, more[i]);
+        control_of(&f, text);
+        assert_clean(f.errors);
+        assert_non_null(strstr(case_notes_text(f.errors), "controlDict:3: "));
+        fixture_free(&f);
+    }
+    assert_control_says("libs ();", "writeFormat bianry;", "did you mean 'binary'?");
+}
+
+/* A name has as many digits as it needs to be told from the next. */
+static void time_names(void **unused)
+{
+    (void)unused;
+    const case_control control = {.time_precision = 6};
+    char name[32];
+    case_time_name(&control, .3 + 1e-17, 1e-6, name, sizeof name);
+    assert_string_equal(name, "0.3");
+    case_time_name(&control, 1.23456789, 1e-7, name, sizeof name);
+    assert_string_equal(name, "1.2345679");
+}
+
 static void refused_control(void **unused)
 {
     (void)unused;
@@ -152,9 +200,9 @@ static void tutorial(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(control_values),
-        cmocka_unit_test(refused_control),
-        cmocka_unit_test(fluid),
+        cmocka_unit_test(control_values), cmocka_unit_test(refused_control),
+        cmocka_unit_test(one_message),    cmocka_unit_test(notes_control),
+        cmocka_unit_test(time_names),     cmocka_unit_test(fluid),
         cmocka_unit_test(tutorial),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
