@@ -9,6 +9,7 @@
  *     forces           pairs, then walls, at x and v of the step's beginning
  *     motion           symplectic Euler; impulse of the outside force
  *
+ * After the last one: check again that no particle is lost, so that the caller never sees one.
  * Everything is allocated when particles are added or the list is rebuilt; a step allocates
  * nothing.
  */
@@ -409,6 +410,9 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     for (int s = 0; s < substeps && sim->particles.n && !status; s++)
         status = step(sim, dt / substeps, s == substeps - 1);
     if (!status) sim->time = end;
+    /* The list looks when it is rebuilt; who is handed the particles must find all of them inside.
+     */
+    if (!status) status = check_inside(sim);
     double begin = MPI_Wtime();
     sim->report.substeps = substeps;
     for (size_t w = 0; w < sim->walls.n; w++)
