@@ -6,7 +6,17 @@
  */
 #include "check.h"
 
+#include "levels.h"
+
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A contact may be as deep when it begins. At 2 the contact point passes the centre of the smaller
+ * sphere and the law has lost its meaning; equal spheres are then at the same place, without a
+ * direction to go apart. */
+static const double most_overlap = 1.5;
 
 static const char axis[] = "xyz";
 
@@ -192,4 +202,77 @@ dem_status check_range(dem_sim *sim, double largest_radius)
                         "twice the largest diameter plus skin",
                         sim->hi[a] - sim->lo[a], axis[a], 2 * range);
     return DEM_OK;
+}
+
+/* ---- overlaps -------------------------------------------------------------------------------- */
+
+typedef struct deepest {
+    const double (*pos)[4];
+    double overlap; /* in smaller radii */
+} deepest;
+
+static int look_at_pair(void *context, uint32_t i, uint32_t j, const double d[3], double d2)
+{
+    (void)d;
+    deepest *deep = context;
+    double ri = deep->pos[i][3], rj = deep->pos[j][3];
+    deep->overlap = fmax(deep->overlap, (ri + rj - sqrt(d2)) / fmin(ri, rj));
+    return deep->overlap > most_overlap ? (int)j + 1 : 0;
+}
+
+/* "particle 17", or by its place among those to be added. */
+static const char *name_of(const dem_sim *sim, size_t i, char name[64])
+{
+    const particles *p = &sim->particles;
+    if (i < p->n)
+        snprintf(name, 64, "particle %lld", (long long)p->id[i]);
+    else
+        snprintf(name, 64, "particle %zu to be added", i - p->n);
+    return name;
+}
+
+static dem_status refuse_pair(dem_sim *sim, size_t i, size_t j, const deepest *deep)
+{
+    char one[64], two[64];
+    size_t a = i > j ? i : j, b = i > j ? j : i; /* the later one first */
+    const double *x = deep->pos[a], *y = deep->pos[b];
+    return fail(sim, DEM_BAD_ARGUMENT,
+                "%s at (%g %g %g), radius %g m, and %s at (%g %g %g), radius %g m, overlap by %g "
+                "times the smaller radius, must be at most %g",
+                name_of(sim, a, one), x[0], x[1], x[2], x[3], name_of(sim, b, two), y[0], y[1],
+                y[2], y[3], deep->overlap, most_overlap);
+}
+
+static dem_status look_at_all(dem_sim *sim, size_t n, deepest *deep)
+{
+    levels g;
+    dem_status status = levels_init(&g, sim->lo, sim->hi, sim->periodic, n, deep->pos, 0);
+    if (status) return fail(sim, status, "out of memory with %zu particles", n);
+    for (size_t i = 0; i < n && !status; i++) {
+        int j = levels_partners(&g, (uint32_t)i, look_at_pair, deep) - 1;
+        if (j >= 0) status = refuse_pair(sim, i, (size_t)j, deep);
+    }
+    levels_free(&g);
+    return status;
+}
+
+dem_status check_overlaps(dem_sim *sim, size_t n, const double (*x)[3], const double *radius,
+                          double *largest)
+{
+    const particles *p = &sim->particles;
+    double(*pos)[4] = malloc((p->n + n) * sizeof *pos);
+    if (!pos) return fail(sim, DEM_NO_MEMORY, "out of memory with %zu particles", p->n + n);
+    for (size_t i = 0; i < p->n + n; i++) {
+        memcpy(pos[i], i < p->n ? p->pos[i] : x[i - p->n], 3 * sizeof(double));
+        pos[i][3] = i < p->n ? p->radius[i] : radius[i - p->n];
+        for (int a = 0; a < 3; a++) {
+            double length = sim->hi[a] - sim->lo[a];
+            if (sim->periodic[a]) pos[i][a] -= length * floor((pos[i][a] - sim->lo[a]) / length);
+        }
+    }
+    deepest deep = {(const double(*)[4])pos, 0};
+    dem_status status = look_at_all(sim, p->n + n, &deep);
+    *largest = fmax(deep.overlap, walls_overlap(&sim->walls, p->n + n, deep.pos));
+    free(pos);
+    return status;
 }

@@ -15,6 +15,10 @@ dem_status check_particle(dem_sim *sim, size_t k, const double x[3], const doubl
 dem_status check_finite(dem_sim *sim);
 /* No particle has left the domain through a side that is not periodic. */
 dem_status check_inside(dem_sim *sim);
+/* No two particles, present or among the n to be added, overlap by more than 1.5 times the
+ * smaller radius. *largest is the largest overlap of them and of walls, in smaller radii. */
+dem_status check_overlaps(dem_sim *sim, size_t n, const double (*x)[3], const double *radius,
+                          double *largest);
 /* Periodic sides are at least two ranges apart. */
 dem_status check_range(dem_sim *sim, double largest_radius);
 

@@ -261,6 +261,8 @@ dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*
                     (unsigned)NEIGHBOUR_MASK);
     dem_status status = check_range(sim, largest);
     if (!status && id) status = check_ids(sim, n, id);
+    double overlap;
+    if (!status) status = check_overlaps(sim, n, x, radius, &overlap);
     if (status) return status;
     if (particles_reserve(p, p->n + n)) return no_memory(sim);
     /* Histories refer to places in the list as it is. */
@@ -271,6 +273,7 @@ dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*
                          4. / 3 * M_PI * r * r * r * density, material[i], id ? id[i] : p->next_id);
     }
     sim->list.valid = 0;
+    sim->overlap = overlap;
     take_stock(sim);
     particles_publish(p, sim->lo, sim->hi, sim->periodic);
     return DEM_OK;
@@ -409,7 +412,10 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     double end = sim->time + dt;
     for (int s = 0; s < substeps && sim->particles.n && !status; s++)
         status = step(sim, dt / substeps, s == substeps - 1);
-    if (!status) sim->time = end;
+    if (!status) {
+        sim->time = end;
+        sim->overlap = sim->particles.n ? sim->report.overlap : 0;
+    }
     /* The list looks when it is rebuilt; who is handed the particles must find all of them inside.
      */
     if (!status) status = check_inside(sim);

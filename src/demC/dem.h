@@ -180,7 +180,9 @@ dem_view dem_particles(const dem_sim *sim);
 
 /**
  * Add particles. v and omega may be NULL (zero). id may be NULL (numbered on from the largest).
- * Fatal for a centre outside the domain or a state that is not finite.
+ * Fatal for a centre outside the domain, a state that is not finite, or two particles, new or
+ * present, that overlap by more than 1.5 times the smaller radius: no contact is that deep, and
+ * from coincident centres there is no direction to go apart. Nothing is added then.
  */
 dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],
                    const double (*omega)[3], const double *radius, const int *material,
@@ -208,8 +210,8 @@ dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const doubl
 /* The limits on the DEM time step, s (infinite where one does not apply). */
 typedef struct dem_limits {
     double contact;  /* linear: 2 pi sqrt(m/k) / Omega; Hertz: 2 contact times / Omega at the speed
-                        max(2 * fastest, sqrt(|g| d), impact_speed), or the Rayleigh limit if
-                        that is zero */
+                        max(2 * fastest, sqrt(|g| d), impact_speed, speed at which the largest
+                        overlap present drives apart), or the Rayleigh limit if that is zero */
     double rayleigh; /* .2 of the Rayleigh time, DEM_HERTZ only; reported, not imposed */
     double user;     /* param.time_step */
     double step;     /* the step the next dem_advance will not exceed */

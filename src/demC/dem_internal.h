@@ -37,6 +37,7 @@ struct dem_sim {
     double *smallest_mass, *smallest_radius; /* [n_material], infinite without particles */
     int uniform;                             /* one material, radius and mass */
     double speed;                            /* no particle is faster, m/s */
+    double overlap;                          /* largest / smaller radius, when last looked at, - */
 
     int outside; /* an outside force is set */
     double time;

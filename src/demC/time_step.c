@@ -9,7 +9,9 @@
  * an elastic contact at the speed v is 2.943275 d_max/v (Hertz; 2.943275 = 4 sqrt(pi)/5
  * Gamma(2/5)/Gamma(9/10)), with d_max = (15 m v^2/(16 E* sqrt R))^(2/5). v is the largest of
  * twice the speed of the fastest particle, the speed gained falling by a diameter, sqrt(|g| d),
- * and param.impact_speed. Without any of them the Rayleigh limit takes its place.
+ * param.impact_speed, and the speed that the largest overlap present stands for: the one at which
+ * it would be d_max, and at which it drives its spheres apart. Without any of them, with nothing
+ * that moves, falls or touches, the Rayleigh limit takes its place.
  *
  * Rayleigh: .2 of pi r sqrt(rho/G)/(.1631 nu + .8766) (Ning, doctoral thesis, Aston 1995; Y. Li et
  * al., Powder Technol. 149 (2005) 75).
@@ -30,12 +32,17 @@ static double linear_limit(const dem_sim *sim, int a, int b, smallest s)
     return 2 * M_PI * sqrt(s.mass / k) / sim->steps_per_period;
 }
 
-/* Against a wall the partner's mass and radius are infinite. */
+/* The largest overlap is known as a share of the smaller radius, but not whose it is. Of pairs with
+ * the same share the smallest spheres have the shortest contact, which goes with the radius.
+ * Against a wall the partner's mass and radius are infinite. */
 static double hertz_limit(const dem_sim *sim, int a, int b, smallest s, smallest t, double speed)
 {
     double mass = 1 / (1 / s.mass + 1 / t.mass), radius = 1 / (1 / s.radius + 1 / t.radius);
     double modulus = effective_modulus(&sim->material[a], &sim->material[b]);
-    double overlap = pow(15 * mass * speed * speed / (16 * modulus * sqrt(radius)), .4);
+    double spring = 16 * modulus * sqrt(radius) / 15; /* m v^2 = spring d_max^2.5 */
+    double present = sim->overlap * fmin(s.radius, t.radius);
+    speed = fmax(speed, sqrt(spring / mass) * pow(present, 1.25));
+    double overlap = pow(mass * speed * speed / spring, .4);
     return 2 * HERTZ_TIME * overlap / speed / sim->steps_per_period;
 }
 
@@ -56,7 +63,7 @@ static double impact_speed(const dem_sim *sim)
 static double meet(const dem_sim *sim, int a, int b, smallest s, smallest t, double speed)
 {
     if (sim->law == DEM_LINEAR) return linear_limit(sim, a, b, s);
-    return speed > 0 ? hertz_limit(sim, a, b, s, t, speed) : INFINITY;
+    return speed > 0 || sim->overlap > 0 ? hertz_limit(sim, a, b, s, t, speed) : INFINITY;
 }
 
 dem_limits time_limits(const dem_sim *sim)
@@ -77,7 +84,8 @@ dem_limits time_limits(const dem_sim *sim)
         if (sim->law == DEM_HERTZ)
             l.rayleigh = fmin(l.rayleigh, rayleigh_limit(&sim->material[a], s));
     }
-    if (sim->law == DEM_HERTZ && p->n && !(speed > 0)) l.contact = l.rayleigh;
+    if (sim->law == DEM_HERTZ && p->n && !(speed > 0) && !(sim->overlap > 0))
+        l.contact = l.rayleigh;
     l.step = fmin(l.contact, l.user);
     return l;
 }

@@ -105,6 +105,15 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
     return DEM_OK;
 }
 
+double walls_overlap(const walls *w, size_t n, const double (*pos)[4])
+{
+    double largest = 0;
+    for (size_t k = 0; k < w->n; k++)
+        for (size_t i = 0; i < n; i++)
+            largest = fmax(largest, 1 - dem_sdf_distance(w->wall[k].shape, pos[i]) / pos[i][3]);
+    return largest;
+}
+
 /* Force of a part on a particle; the torque is -phi n x F_t. */
 static contact_force touch(const wall_forces *job, const walls *w, const particles *p,
                            wall_entry *e, double phi, const double g[3], double torque[3])

@@ -39,6 +39,8 @@ void walls_free(walls *w, int free_shapes);
 /* List the particles that may touch within `margin` of motion; history is kept. `place` tells
  * where particles have gone since the last call, NULL: nowhere. */
 dem_status walls_list(walls *w, const particles *p, double margin, const uint32_t *place);
+/* Largest overlap / radius of n spheres x y z r with the walls; 0 if none touches. */
+double walls_overlap(const walls *w, size_t n, const double (*pos)[4]);
 /* Adds to p->force and to w->force. */
 void sum_wall_forces(wall_forces *job, walls *w, particles *p);
 

@@ -160,6 +160,56 @@ static void lost_particle(void **state)
     dem_free(r.sim);
 }
 
+/* Two spheres at one place: the message names both and says where; nothing is added. */
+static void too_deep(void **state)
+{
+    (void)state;
+    rig r;
+    prepare(&r, DEM_LINEAR);
+    r.param.periodic[0] = 1;
+    rig_start(&r);
+    double x[3][3] = {{.5, 0, 0}, {0, .25, 0}, {0, .25, 0}}, radius[3] = {.01, .01, .01};
+    const int material[3] = {0};
+    const int64_t id[1] = {77};
+#define PLACE(n, id) dem_add(r.sim, n, (const double(*)[3])x, NULL, NULL, radius, material, id)
+    assert_int_equal(PLACE(3, NULL), DEM_BAD_ARGUMENT);
+    assert_non_null(strstr(dem_message(r.sim), "particle 2 to be added at (0 0.25 0), radius 0.01 "
+                                               "m, and particle 1 to be added at (0 0.25 0)"));
+    assert_non_null(
+        strstr(dem_message(r.sim), "by 2 times the smaller radius, must be at most 1.5"));
+    assert_int_equal(dem_particles(r.sim).n, 0);
+    x[2][1] += .00501; /* a little more than half a radius */
+    assert_int_equal(PLACE(3, NULL), DEM_OK);
+    rig_advance(&r, 1e-4, 0);
+    /* With one that is there already, across the periodic side. */
+    x[0][0] = .999;
+    x[0][2] = .3;
+    assert_int_equal(PLACE(1, id), DEM_OK);
+    x[0][0] = -.999;
+    assert_int_equal(PLACE(1, NULL), DEM_BAD_ARGUMENT);
+    assert_non_null(strstr(dem_message(r.sim), "particle 0 to be added at (-0.999 0 0.3)"));
+    assert_non_null(strstr(dem_message(r.sim), "and particle 77 at (0.999 0 0.3)"));
+    x[0][0] = -.9912; /* a small one wholly within a large one */
+    radius[0] = 1e-4;
+    assert_int_equal(PLACE(1, NULL), DEM_BAD_ARGUMENT);
+    assert_non_null(strstr(dem_message(r.sim), "overlap by 3 times"));
+    assert_int_equal(dem_particles(r.sim).n, 4);
+    dem_free(r.sim);
+    /* a list of positions in the parameters */
+    prepare(&r, DEM_HERTZ);
+    x[0][1] = .25;
+    x[0][0] = x[0][2] = 0;
+    x[2][1] = .5;
+    const dem_insertion ins = {.name = "bed",
+                               .kind = DEM_INSERT_LIST,
+                               .n = 3,
+                               .diameter = .02,
+                               .x = (const double(*)[3])x};
+    r.param.insertion = &ins;
+    r.param.n_insertion = 1;
+    refused(&r, "particle 1 to be added at (0 0.25 0), radius 0.01 m, and particle 0 to be added");
+}
+
 /* However slowly it leaves: the list, built before, would hold for long. */
 static void lost_slowly(void **state)
 {
@@ -185,8 +235,9 @@ static void not_a_number(void **state)
     rig_start(&r);
     rig_ball(&r, .01, .3, 0, 0, 0, 0, 0);
     rig_ball(&r, .01, 0, .5, 0, 0, 0, 0);
-    rig_ball(&r, .01, 0, .5, 0, 0, 0, 0); /* no direction to push them apart */
-    assert_int_equal(dem_advance(r.sim, 1e-4, 1), DEM_NAN);
+    const double f[2][3] = {{0}, {0, 1e308, 0}}, k[2] = {0}, w[2][3] = {{0}};
+    assert_int_equal(dem_set_outside_force(r.sim, f, k, w, NULL), DEM_OK);
+    assert_int_equal(dem_advance(r.sim, 1, 1), DEM_NAN);
     assert_non_null(strstr(dem_message(r.sim), "has a state that is not finite"));
     assert_non_null(strstr(dem_message(r.sim), "particle 1"));
     dem_free(r.sim);
@@ -260,8 +311,9 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bad_parameters), cmocka_unit_test(bad_pairs),
         cmocka_unit_test(bad_particles),  cmocka_unit_test(lost_particle),
-        cmocka_unit_test(lost_slowly),    cmocka_unit_test(not_a_number),
-        cmocka_unit_test(no_particles),   cmocka_unit_test(time_step)};
+        cmocka_unit_test(lost_slowly),    cmocka_unit_test(too_deep),
+        cmocka_unit_test(not_a_number),   cmocka_unit_test(no_particles),
+        cmocka_unit_test(time_step)};
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
     return failed;

@@ -120,6 +120,58 @@ static void elastic_pair(void **state)
     dem_free(r.sim);
 }
 
+/* ---- release of a contact ----------------------------------------------------------------------
+ */
+
+/* Spheres pressed together by d and let go: the energy 2/5 K d^2.5 becomes that of the motion, at
+ * the steps the engine chooses itself. They may already drift apart, so slowly that an impact at
+ * that speed would take very long: the overlap alone says how stiff the contact is. */
+static void released(double drift, double ratio, int wall)
+{
+    rig r;
+    const double R = 1e-3, E = 1e7, nu = .25, rho = 2500, d = .04 * R;
+    rig_init(&r, DEM_HERTZ, .1);
+    rig_hertz(&r, E, nu, rho);
+    if (wall) rig_floor(&r);
+    rig_start(&r);
+    const double x[2][3] = {{0, 0, wall ? R - d : .05}, {.02, 0, .05}};
+    const double y[1][3] = {{0, (1 + ratio) * R - d, .05}}, v[1][3] = {{0, drift, 0}};
+    const double u[2][3] = {{0, wall ? 0 : -drift, wall ? drift : 0}}, radius[2] = {R, R};
+    const double other = ratio * R;
+    const int material[2] = {0, 0};
+    assert_int_equal(dem_add(r.sim, 2, x, u, NULL, radius, material, NULL), DEM_OK);
+    if (!wall) assert_int_equal(dem_add(r.sim, 1, y, v, NULL, &other, material, NULL), DEM_OK);
+    double m = sphere_mass(R, rho), m_other = sphere_mass(other, rho);
+    double m_eff = wall ? m : m * m_other / (m + m_other),
+           R_eff = wall ? R : R * ratio / (1 + ratio);
+    double K = 4. / 3 * E / (1 - nu * nu) / (wall ? 1 : 2) * sqrt(R_eff);
+    double speed = sqrt(.8 * K * pow(d, 2.5) / m_eff), time = 2.943275 * d / speed;
+    double step = dem_time_limits(r.sim).contact;
+    for (int k = 0; k < 4; k++) rig_advance(&r, .25 * time, 0);
+    dem_view p = dem_particles(r.sim);
+    double v_end[2] = {0, 0};
+    for (size_t i = 0; i < p.n; i++)
+        if (p.id[i] != 1) v_end[p.id[i] / 2] = p.v[i][wall ? 2 : 1];
+    print_message("Released at %g m/s, %s\n", drift, wall ? "from a wall" : "from a sphere");
+    report("    speed it leaves at, m/s", fabs(v_end[1] - v_end[0]), speed);
+    report("    steps in a contact at that speed", time / step, r.param.steps_per_period / 2);
+    assert_int_equal(dem_last_report(r.sim).contacts + dem_last_report(r.sim).wall_contacts, 0);
+    assert_close(fabs(v_end[1] - v_end[0]), speed, .02);
+    assert_true(time / step > .999 * r.param.steps_per_period / 2);
+    dem_free(r.sim);
+}
+
+static void release(void **state)
+{
+    (void)state;
+    const double drift[] = {0, 1e-9, 1e-6, 1e-3};
+    for (int k = 0; k < 4; k++) {
+        released(drift[k], 1, 0);
+        released(drift[k], 2.3, 0);
+        released(drift[k], 1, 1);
+    }
+}
+
 /* ---- restitution ----------------------------------------------------------------------------- */
 
 /* Speed after over speed before. */
@@ -315,11 +367,15 @@ static void sticking_closed_form(void **state)
 int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(elastic_on_wall), cmocka_unit_test(elastic_pair),
-        cmocka_unit_test(restitution),     cmocka_unit_test(restitution_unequal),
-        cmocka_unit_test(chung_ooi_4),     cmocka_unit_test(sliding_branch),
-        cmocka_unit_test(thornton_2013),   cmocka_unit_test(sticking_closed_form)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(elastic_on_wall),
+                                       cmocka_unit_test(elastic_pair),
+                                       cmocka_unit_test(release),
+                                       cmocka_unit_test(restitution),
+                                       cmocka_unit_test(restitution_unequal),
+                                       cmocka_unit_test(chung_ooi_4),
+                                       cmocka_unit_test(sliding_branch),
+                                       cmocka_unit_test(thornton_2013),
+                                       cmocka_unit_test(sticking_closed_form)};
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
     return failed;
