@@ -140,6 +140,17 @@ Vector<label> particleMesh::periodicAxes() const
 
     for (const polyPatch& patch : mesh_.boundaryMesh())
     {
+        // cyclicAMI and its like: periodic for the fluid, but their faces need
+        // not match, and particles would take them for the end of the box
+        if (isA<coupledPolyPatch>(patch) && !isA<cyclicPolyPatch>(patch))
+        {
+            FatalErrorInFunction
+                << "patch " << patch.name() << " is " << patch.type()
+                << ": of all coupled types particles pass "
+                << cyclicPolyPatch::typeName << " only"
+                << exit(FatalError);
+        }
+
         if (isA<cyclicPolyPatch>(patch) && patch.size())
         {
             const vector n = cmptMag(patch.faceNormals()[0]);
