@@ -36,5 +36,6 @@ function(pkg_config_file name description requires libs)
 endfunction()
 pkg_config_file(demC "Discrete element engine" "ompi-c" "-ldemC")
 pkg_config_file(couplingLib "Particle-fluid coupling on arrays" "" "-lcouplingLib")
+pkg_config_file(caseLib "Reader of case directories" "demC couplingLib" "-lcaseLib")
 pkg_config_file(particlePhase "The particle phase of a coupled flow solver" "demC couplingLib"
                 "-lparticlePhase")

@@ -25,6 +25,9 @@ extern "C" {
 
 #define CASE_NAME 64
 
+/* Version of felmiFoam, as "0.1.0". */
+const char *case_version(void);
+
 /* ---- errors ---------------------------------------------------------------------------------- */
 
 typedef struct case_errors case_errors;
@@ -111,6 +114,8 @@ typedef struct case_control {
 } case_control;
 /* Notes what OpenFOAM knows and the C programs do not follow: purgeWrite, binary fields. */
 void case_read_control(const char *directory, case_control *control, case_errors *errors);
+/* Where startFrom lets a run start: a key, or the time directories there are. */
+double case_start_time(const case_dict *dict, const char *directory, case_errors *errors);
 /* Of a controlDict that has been read only what any solver needs: deltaT, and endTime after
  * start_time. The rest as if output were wanted at the end alone. */
 void case_control_of(const case_dict *dict, double start_time, case_control *control,

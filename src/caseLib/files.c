@@ -16,6 +16,11 @@
 #include <string.h>
 #include <unistd.h>
 
+const char *case_version(void)
+{
+    return FELMI_VERSION;
+}
+
 case_dict *case_read_file(const char *directory, const char *name, case_errors *errors)
 {
     char path[4096];
@@ -64,7 +69,7 @@ static double time_directory(const char *directory, int latest)
     return isfinite(found) ? found : 0;
 }
 
-static double read_start(const case_dict *dict, const char *directory, case_errors *errors)
+double case_start_time(const case_dict *dict, const char *directory, case_errors *errors)
 {
     static const char *const from[] = {"startTime", "firstTime", "latestTime", NULL};
     int choice = case_choice(dict, "startFrom", from, 2, errors); /* OpenFOAM's default */
@@ -162,7 +167,7 @@ void case_read_control(const char *directory, case_control *control, case_errors
     if (!dict) return;
     suspect_keys(dict, known, errors);
     case_choice(dict, "stopAt", stop, 0, errors);
-    case_control_of(dict, read_start(dict, directory, errors), control, errors);
+    case_control_of(dict, case_start_time(dict, directory, errors), control, errors);
     control->adjust_time_step = case_bool(dict, "adjustTimeStep", &(int){0}, errors);
     control->write_interval = read_interval(dict, control, errors);
     control->max_co = read_number(dict, "maxCo", "", &(double){1}, case_positive, errors);

@@ -182,6 +182,25 @@ expect 1 "did you mean 'convection'?" felmiMAC -case case
 channel
 sed -i 's/tolerance/meanFlux (1 0 0); tolerance/' case/system/fvSolution
 expect 1 "the x direction is not periodic" felmiMAC -case case
+channel
+sed -i 's/plates {/platse {/' case/0/U
+expect 1 "boundaryField.platse: no patch of the mesh has this name; did you mean 'plates'?" \
+    felmiMAC -case case
+# digits of fields as the case says
+channel
+sed -i 's/^endTime .*/endTime 1e-3;/; s/^maxCo .*/maxCo .5; writePrecision 3;/' case/system/controlDict
+expect 0 "End" felmiMAC -case case
+grep -q '^([0-9.e-]*[.][0-9]' case/0.001/U || { echo "no fractions"; bad=1; }
+grep -E '^\(' case/0.001/U | grep -E '[1-9][0-9]{3}[0-9.]* ' && { echo "more than 3 digits"; bad=1; }
+# A Courant number of about 200 in the first step is no flow: one message, one prefix, below the log.
+channel
+sed -i 's/adjustTimeStep yes/adjustTimeStep no/; s/^deltaT .*/deltaT 1e-2;/' case/system/controlDict
+sed -i 's/^nu .*/nu 1e-6;/' case/constant/transportProperties
+sed -i 's/inlet { .*/inlet { type fixedValue; value uniform (1000 0 0); }/' case/0/U
+sed -i 's/inlet { .*/inlet { type zeroGradient; }/' case/0/p
+expect 1 "the Courant number has grown to" felmiMAC -case case
+felmiMAC -case case >log 2>&1
+[ "$(grep -n '^felmiMAC: time' log | cut -d: -f1)" = "$(wc -l <log)" ] || { tail -n 3 log; bad=1; }
 # both ends of given velocity, unequal: the box would fill up
 channel
 sed -i 's/inlet { .*/inlet { type fixedValue; value uniform (1 0 0); }/

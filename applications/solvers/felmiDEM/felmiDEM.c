@@ -10,14 +10,16 @@
  * References: as in dem.h.
  */
 #include "felmiDEM.h"
+#include "arguments.h"
+#include "banner.h"
+#include "message.h"
 
 #include <math.h>
 #include <mpi.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
+static const char PROGRAM[] = "felmiDEM";
 static const char HELP[] = "felmiDEM: particles alone\n\n"
                            "usage: felmiDEM [-case <dir>] [-help] [-version]\n\n"
                            "  -case <dir>  directory of the case, default: the current one\n"
@@ -39,63 +41,30 @@ typedef struct run {
     dem_sim *sim;
     int owned; /* the simulation has the walls' shapes */
     record *record;
-    char snapshots[4096], name[64];
+    char snapshots[4096];
     double began; /* wall clock, s */
 } run;
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
-static int file_exists(const char *directory, const char *name)
-{
-    char path[4096];
-    return snprintf(path, sizeof path, "%s/%s", directory, name) < (int)sizeof path &&
-           access(path, F_OK) == 0;
-}
-
-static case_dict *read_dictionary(const char *directory, const char *name, case_errors *errors)
-{
-    char path[4096];
-    if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path) {
-        case_error(errors, directory, 0, "the name of the case directory is too long");
-        return NULL;
-    }
-    return case_dict_read(path, errors);
-}
-
-static void read_gravity(const char *directory, double gravity[3], case_errors *errors)
-{
-    case_dict *dict = read_dictionary(directory, "constant/g", errors);
-    if (dict != NULL) case_vector(dict, "value", NULL, gravity, errors);
-    case_dict_free(dict);
-}
-
 /* 0, or 1 with all that is wrong with the case on stderr. */
 static int read_case(run *r)
 {
     case_errors *errors = case_errors_new();
-    if (errors == NULL) {
-        fputs("felmiDEM: out of memory\n", stderr);
-        return 1;
-    }
-    const int meshed = file_exists(r->directory, "system/blockMeshDict") ||
-                       file_exists(r->directory, "constant/polyMesh/blockMeshDict");
+    const int meshed = case_file_exists(r->directory, "system/blockMeshDict") ||
+                       case_file_exists(r->directory, "constant/polyMesh/blockMeshDict");
     case_mesh mesh;
-    double gravity[3] = {0., 0., 0.};
+    double gravity[3];
     case_read_control(r->directory, &r->control, errors);
     if (meshed) case_read_mesh(r->directory, &mesh, errors);
-    read_gravity(r->directory, gravity, errors);
-    case_dict *dict = read_dictionary(r->directory, "constant/demProperties", errors);
+    case_read_gravity(r->directory, gravity, errors);
+    case_dict *dict = case_read_file(r->directory, "constant/demProperties", errors);
     if (dict != NULL) {
         case_read_dem(dict, r->directory, meshed ? &mesh : NULL, gravity, &r->dem, errors);
         /* No fluid, so cells may be smaller than particles: the mesh is only a box here. */
         if (case_errors_count(errors) == 0) case_check(&r->control, NULL, &r->dem, NULL, errors);
     }
-    const int count = case_errors_count(errors);
-    if (count > 0)
-        fprintf(stderr, "felmiDEM: %d error%s in the case:\n%s", count, count == 1 ? "" : "s",
-                case_errors_text(errors));
-    else
-        fputs(case_notes_text(errors), stderr);
+    const int count = message_case(PROGRAM, errors);
     if (count > 0 && dict != NULL) case_dem_free(&r->dem, 1);
     case_dict_free(dict);
     case_errors_free(errors);
@@ -122,22 +91,12 @@ static double time_at(const run *r, long step)
                             : r->control.start_time + (double)step * r->delta_t;
 }
 
-/* Name of a time as OpenFOAM writes it, with more digits where two times would share one. */
-static void name_time(run *r, double time)
-{
-    char name[sizeof r->name];
-    for (int digits = r->control.time_precision; digits <= 17; digits++) {
-        snprintf(name, sizeof name, "%.*g", digits, time);
-        if (fabs(strtod(name, NULL) - time) < .01 * r->delta_t) break;
-    }
-    strcpy(r->name, name);
-}
-
 static int write_snapshot(run *r)
 {
-    name_time(r, dem_time(r->sim));
-    if (dem_write_snapshot(r->sim, r->snapshots, r->name) == DEM_OK) return 0;
-    fprintf(stderr, "felmiDEM: %s\n", dem_message(r->sim));
+    char name[32];
+    case_time_name(&r->control, dem_time(r->sim), .01 * r->delta_t, name, sizeof name);
+    if (dem_write_snapshot(r->sim, r->snapshots, name) == DEM_OK) return 0;
+    message_stop(PROGRAM, "%s", dem_message(r->sim));
     return 1;
 }
 
@@ -159,9 +118,9 @@ static void print_step(const run *r, long step, double seconds)
 
 static int start(run *r)
 {
-    banner_case(&r->dem.param, &r->control);
+    start_case(&r->dem.param, &r->control);
     if (dem_new(MPI_COMM_WORLD, &r->dem.param, &r->sim) != DEM_OK) {
-        fprintf(stderr, "felmiDEM: %s\n", r->sim ? dem_message(r->sim) : "out of memory");
+        message_stop(PROGRAM, "%s", r->sim ? dem_message(r->sim) : "out of memory");
         return 1;
     }
     r->owned = 1;
@@ -169,7 +128,7 @@ static int start(run *r)
     printf("\nCreated %zu particles\n", dem_particles(r->sim).n);
     plan_steps(r);
     const dem_limits limits = dem_time_limits(r->sim);
-    banner_time_step(&limits, r->delta_t);
+    start_time_step(&limits, r->delta_t);
     snprintf(r->snapshots, sizeof r->snapshots, "%s/dem", r->directory);
     r->record = record_new(r->directory, r->sim, r->dem.param.gravity);
     return r->record == NULL || write_snapshot(r);
@@ -179,7 +138,7 @@ static int advance(run *r, long step)
 {
     const double before = MPI_Wtime(), time = time_at(r, step);
     if (dem_advance(r->sim, time - dem_time(r->sim), 0) != DEM_OK) {
-        fprintf(stderr, "felmiDEM: at time %.9g s: %s\n", dem_time(r->sim), dem_message(r->sim));
+        message_stop(PROGRAM, "at time %.9g s: %s", dem_time(r->sim), dem_message(r->sim));
         return 1;
     }
     dem_set_time(r->sim, time); /* no rounding adds up */
@@ -203,50 +162,21 @@ static int solve(run *r)
     return failed;
 }
 
-/* The directory, or NULL when there is nothing to run; *status is the exit code then. */
-static const char *read_arguments(int argc, char **argv, int *status)
-{
-    const char *directory = ".";
-    for (int i = 1; i < argc; i++) {
-        const char *a = argv[i] + (strncmp(argv[i], "--", 2) == 0); /* --help as well */
-        *status = 0;
-        if (strcmp(a, "-help") == 0 || strcmp(a, "-h") == 0) {
-            fputs(HELP, stdout);
-            return NULL;
-        }
-        if (strcmp(a, "-version") == 0) {
-            puts(FELMI_VERSION);
-            return NULL;
-        }
-        *status = 2;
-        if (strcmp(a, "-case") != 0 || i + 1 == argc) {
-            fprintf(stderr, "felmiDEM: %s '%s'\n\n%s",
-                    strcmp(a, "-case") == 0 ? "a directory must follow" : "unknown argument",
-                    argv[i], HELP);
-            return NULL;
-        }
-        directory = argv[++i];
-    }
-    return directory;
-}
-
 int main(int argc, char **argv)
 {
     int status = 0, ranks, rank;
-    const char *directory = read_arguments(argc, argv, &status);
+    const char *directory = arguments_read(argc, argv, PROGRAM, HELP, &status);
     if (directory == NULL) return status;
     MPI_Init(&argc, &argv);
     MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     if (ranks > 1) {
         if (rank == 0)
-            fprintf(stderr,
-                    "felmiDEM: runs on one rank for now, not on %d: start it without "
-                    "mpirun\n",
-                    ranks);
+            message_stop(PROGRAM, "runs on one rank for now, not on %d: start it without mpirun",
+                         ranks);
         status = 1;
     } else {
-        banner_program(directory);
+        banner_program(PROGRAM, directory);
         run r = {.directory = directory};
         status = solve(&r);
     }

@@ -8,10 +8,9 @@
 #include "case.h"
 #include "dem.h"
 
-/* banner.c: what the log says before the first step. */
-void banner_program(const char *directory);
-void banner_case(const dem_param *param, const case_control *control);
-void banner_time_step(const dem_limits *limits, double delta_t);
+/* start.c: what the log says of the case before the first step. */
+void start_case(const dem_param *param, const case_control *control);
+void start_time_step(const dem_limits *limits, double delta_t);
 
 /* record.c: time series in <case>/postProcessing. */
 typedef struct record record;

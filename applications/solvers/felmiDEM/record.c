@@ -10,6 +10,7 @@
  * flushed as they are written, so that a run can be watched.
  */
 #include "felmiDEM.h"
+#include "message.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -27,12 +28,12 @@ static FILE *open_csv(const char *directory, const char *name)
     char path[4096];
     snprintf(path, sizeof path, "%s/postProcessing", directory);
     if (mkdir(path, 0777) != 0 && errno != EEXIST) {
-        fprintf(stderr, "felmiDEM: cannot create %s: %s\n", path, strerror(errno));
+        message_stop("felmiDEM", "cannot create %s: %s", path, strerror(errno));
         return NULL;
     }
     snprintf(path, sizeof path, "%s/postProcessing/%s", directory, name);
     FILE *f = fopen(path, "w");
-    if (f == NULL) fprintf(stderr, "felmiDEM: cannot write %s: %s\n", path, strerror(errno));
+    if (f == NULL) message_stop("felmiDEM", "cannot write %s: %s", path, strerror(errno));
     return f;
 }
 
@@ -40,7 +41,7 @@ record *record_new(const char *directory, const dem_sim *sim, const double gravi
 {
     record *r = calloc(1, sizeof *r);
     if (r == NULL) {
-        fputs("felmiDEM: out of memory\n", stderr);
+        message_stop("felmiDEM", "out of memory");
         return NULL;
     }
     memcpy(r->gravity, gravity, sizeof r->gravity);
@@ -100,7 +101,7 @@ int record_write(record *r, const dem_sim *sim)
         fputs("\n", r->walls);
         bad |= fflush(r->walls) != 0;
     }
-    if (bad) fprintf(stderr, "felmiDEM: cannot write postProcessing: %s\n", strerror(errno));
+    if (bad) message_stop("felmiDEM", "cannot write postProcessing: %s", strerror(errno));
     return bad ? -1 : 0;
 }
 

@@ -132,9 +132,30 @@ static void check_mesh_type(const mac_patch *patch, const char *type, const case
                    "%s: type is %s, but the patch is not in blockMeshDict", patch->name, type);
 }
 
-static const case_dict *patch_dict(const case_dict *dict, const char *name, case_errors *errors)
+/* A patch that has no entry: the entry that looks like it and belongs to no other; 0 if none. */
+static int suspect_patch(const mac_case *c, const case_dict *boundary, const char *name,
+                         case_errors *errors)
+{
+    const char *const wanted[] = {name, NULL};
+    for (size_t i = 0; i < case_dict_size(boundary); i++) {
+        const char *key = case_dict_key(boundary, i);
+        int known = 0;
+        for (int k = 0; k < c->patches; k++) known |= strcmp(key, c->patch[k].name) == 0;
+        if (known || !case_nearest(key, wanted)) continue;
+        case_error(errors, case_dict_file(boundary), case_dict_line(boundary, key),
+                   "boundaryField.%s: no patch of the mesh has this name; did you mean '%s'?", key,
+                   name);
+        return 1;
+    }
+    return 0;
+}
+
+static const case_dict *patch_dict(const mac_case *c, const case_dict *dict, const char *name,
+                                   case_errors *errors)
 {
     const case_dict *boundary = dict ? case_sub(dict, "boundaryField", 1, errors) : NULL;
+    if (boundary && !case_has(boundary, name) && suspect_patch(c, boundary, name, errors))
+        return NULL;
     return boundary ? case_sub(boundary, name, 1, errors) : NULL;
 }
 
@@ -158,8 +179,8 @@ static void read_patch(mac_case *c, mac_patch *patch, const case_dict *U, const 
                        case_errors *errors)
 {
     int before = case_errors_count(errors);
-    const case_dict *velocity = patch_dict(U, patch->name, errors);
-    const case_dict *pressure = patch_dict(p, patch->name, errors);
+    const case_dict *velocity = patch_dict(c, U, patch->name, errors);
+    const case_dict *pressure = patch_dict(c, p, patch->name, errors);
     if (!velocity || !pressure) return;
     int u_type = case_choice(velocity, "type", velocity_types, -1, errors);
     int p_type = case_choice(pressure, "type", pressure_types, -1, errors);

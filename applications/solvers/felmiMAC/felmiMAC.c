@@ -8,9 +8,12 @@
  *
  * References: as in mac.h and phase.h.
  */
+#include "arguments.h"
+#include "banner.h"
 #include "coupling.h"
 #include "fields.h"
 #include "log.h"
+#include "message.h"
 #include "settings.h"
 
 #include <math.h>
@@ -19,6 +22,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const char PROGRAM[] = "felmiMAC";
 static const char HELP[] =
     "felmiMAC: particles in a fluid on a staggered grid\n\n"
     "usage: felmiMAC [-case <dir>] [-help] [-version]\n\n"
@@ -33,7 +37,6 @@ static const char HELP[] =
 
 typedef struct run {
     mac_case c;
-    int read;  /* the case was read without errors */
     int owned; /* the engine has taken the walls' shapes */
     mac_coupled coupled;
     FILE *series;
@@ -48,19 +51,9 @@ typedef struct run {
 static int read_case(run *r, const char *directory)
 {
     case_errors *errors = case_errors_new();
-    if (!errors) {
-        fputs("felmiMAC: out of memory\n", stderr);
-        return -1;
-    }
     mac_case_read(directory, &r->c, errors);
-    int count = case_errors_count(errors);
-    if (count)
-        fprintf(stderr, "felmiMAC: %d error%s in the case:\n%s", count, count == 1 ? "" : "s",
-                case_errors_text(errors));
-    else
-        fputs(case_notes_text(errors), stderr);
+    const int count = message_case(PROGRAM, errors);
     case_errors_free(errors);
-    r->read = count == 0;
     return count ? -1 : 0;
 }
 
@@ -79,19 +72,6 @@ static int build(run *r)
     r->next_write = r->time + c->control.write_interval;
     r->series = mac_series_open(c, r->message, sizeof r->message);
     return r->series ? 0 : -1;
-}
-
-/* A fixed step beyond the viscous limit cannot work: say so before the first one. */
-static int check_step(run *r)
-{
-    double convective, viscous;
-    mac_limits(r->coupled.fluid, &convective, &viscous);
-    if (r->dt <= viscous || r->c.control.adjust_time_step) return 0;
-    snprintf(r->message, sizeof r->message,
-             "system/controlDict: deltaT is %g s, but the explicit viscous term is stable only up "
-             "to %g s on this mesh; accepted: a smaller deltaT, or adjustTimeStep yes",
-             r->dt, viscous);
-    return -1;
 }
 
 /* ---- time ------------------------------------------------------------------------------------ */
@@ -133,31 +113,61 @@ static int write(run *r)
     return -1;
 }
 
-static void warn_courant(run *r)
+/* Convection is explicit. A little above Courant number 1 implicit drag and upwind differences may
+ * still damp what grows. At 50 a disturbance grows a hundredfold in a step (explicit upwind: by
+ * 2 Co - 1), so what is computed is no flow and will not become one. */
+#define HOPELESS_COURANT 50
+
+static int check_courant(run *r, double dt)
 {
-    if (r->warned || r->coupled.fluid->report.courant <= 1) return;
+    const double courant = r->coupled.fluid->report.courant;
+    if (!(courant <= HOPELESS_COURANT)) {
+        snprintf(r->message, sizeof r->message,
+                 "the Courant number has grown to %g with a step of %g s: convection is explicit, "
+                 "stable up to 1, and beyond %d the velocities are those of an instability; "
+                 "accepted: a smaller deltaT, or adjustTimeStep yes with maxCo",
+                 courant, dt, HOPELESS_COURANT);
+        return -1;
+    }
+    if (r->warned || courant <= 1) return 0;
     r->warned = 1;
     printf("Warning: the Courant number is %g; explicit convection is stable up to 1. A smaller "
            "deltaT, or adjustTimeStep yes with maxCo, is safer.\n",
-           r->coupled.fluid->report.courant);
+           courant);
+    return 0;
+}
+
+/* A step that fails after one with a Courant number above 1 has most likely failed because of it.
+ */
+static void blame_courant(run *r)
+{
+    const double courant = r->coupled.fluid->report.courant;
+    const size_t used = strlen(r->message);
+    if (courant > 1)
+        snprintf(r->message + used, sizeof r->message - used,
+                 "; the last Courant number was %g, and explicit convection is stable up to 1",
+                 courant);
 }
 
 static int step(run *r)
 {
     const case_control *control = &r->c.control;
     double dt = next_step(r);
-    if (mac_coupled_step(&r->coupled, dt, r->message, sizeof r->message)) return -1;
+    if (mac_coupled_step(&r->coupled, dt, r->message, sizeof r->message)) {
+        blame_courant(r);
+        return -1;
+    }
     r->time += dt;
     int end = reached(r->time, control->end_time, dt);
     int output = end || reached(r->time, r->next_write, dt);
     if (output) r->time = end ? control->end_time : r->next_write;
     if (r->coupled.particles) dem_set_time(phase_engine(r->coupled.particles), r->time);
     mac_log_step(&r->c, &r->coupled, r->time, dt, MPI_Wtime() - r->began);
-    warn_courant(r);
     if (mac_series_write(r->series, &r->c, &r->coupled, r->time, dt)) {
         snprintf(r->message, sizeof r->message, "solver.csv could not be written");
         return -1;
     }
+    if (check_courant(r, dt)) return -1;
     if (!output) return 0;
     r->next_write += control->write_interval;
     return write(r);
@@ -171,7 +181,7 @@ static int solve(const char *directory)
     int failed = read_case(&r, directory);
     if (!failed) {
         mac_log_case(&r.c);
-        failed = build(&r) || check_step(&r);
+        failed = build(&r);
     }
     if (!failed) {
         mac_log_limits(&r.c, &r.coupled, r.dt);
@@ -179,10 +189,11 @@ static int solve(const char *directory)
         failed = write(&r);
     }
     while (!failed && r.time < r.c.control.end_time) failed = step(&r);
-    if (failed && r.message[0]) {
-        fflush(stdout);
-        fprintf(stderr, "felmiMAC: time %g s: %s\n", r.time, r.message);
-    }
+    /* the ledger's messages begin with the time */
+    if (failed && r.message[0] && strncmp(r.message, "time ", 5) == 0)
+        message_stop(PROGRAM, "%s", r.message);
+    else if (failed && r.message[0])
+        message_stop(PROGRAM, "time %g s: %s", r.time, r.message);
     if (!failed) printf("\nEnd: %.1f s of wall clock\n", MPI_Wtime() - r.began);
     if (r.series) fclose(r.series);
     mac_coupled_free(&r.coupled);
@@ -190,46 +201,19 @@ static int solve(const char *directory)
     return failed ? 1 : 0;
 }
 
-/* The directory, or NULL when there is nothing to run; *status is the exit code then. */
-static const char *read_arguments(int argc, char **argv, int *status)
-{
-    const char *directory = ".";
-    for (int i = 1; i < argc; i++) {
-        const char *a = argv[i] + (strncmp(argv[i], "--", 2) == 0); /* --help as well */
-        *status = 0;
-        if (strcmp(a, "-help") == 0 || strcmp(a, "-h") == 0) {
-            fputs(HELP, stdout);
-            return NULL;
-        }
-        if (strcmp(a, "-version") == 0) {
-            puts(FELMI_VERSION);
-            return NULL;
-        }
-        *status = 2;
-        if (strcmp(a, "-case") != 0 || i + 1 == argc) {
-            fprintf(stderr, "felmiMAC: %s '%s'\n\n%s",
-                    strcmp(a, "-case") == 0 ? "a directory must follow" : "unknown argument",
-                    argv[i], HELP);
-            return NULL;
-        }
-        directory = argv[++i];
-    }
-    return directory;
-}
-
 int main(int argc, char **argv)
 {
     int status = 0, ranks;
-    const char *directory = read_arguments(argc, argv, &status);
+    const char *directory = arguments_read(argc, argv, PROGRAM, HELP, &status);
     if (!directory) return status;
     MPI_Init(&argc, &argv);
     MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     if (ranks > 1) {
-        fprintf(stderr, "felmiMAC: runs on one rank for now, not on %d: start it without mpirun\n",
-                ranks);
+        message_stop(PROGRAM, "runs on one rank for now, not on %d: start it without mpirun",
+                     ranks);
         status = 1;
     } else {
-        mac_log_program(directory);
+        banner_program(PROGRAM, directory);
         status = solve(directory);
     }
     MPI_Finalize();

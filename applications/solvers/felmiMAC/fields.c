@@ -32,14 +32,15 @@ static void header(FILE *file, const char *class, const char *location, const ch
             class, location, object, dimensions);
 }
 
-static void put_scalar(FILE *file, double x)
+static void put_scalar(const output *o, double x)
 {
-    fprintf(file, "%.10g\n", x);
+    fprintf(o->file, "%.*g\n", o->c->control.write_precision, x);
 }
 
-static void put_vector(FILE *file, const double x[3])
+static void put_vector(const output *o, const double x[3])
 {
-    fprintf(file, "(%.10g %.10g %.10g)\n", x[0], x[1], x[2]);
+    const int n = o->c->control.write_precision;
+    fprintf(o->file, "(%.*g %.*g %.*g)\n", n, x[0], n, x[1], n, x[2]);
 }
 
 /* Index of the cell inside face (outer, inner) of a side, both counted from 1. */
@@ -94,12 +95,12 @@ static void patch_list(const output *o, const mac_patch *patch, const char *key,
                 double rho = o->m->param.rho, U[3];
                 if (what == VELOCITY) {
                     side_velocity(o->m, side, q, U);
-                    put_vector(o->file, U);
+                    put_vector(o, U);
                 } else if (what == PRESSURE) {
-                    put_scalar(o->file, mac_face_pressure(o->m, side, q) / rho);
+                    put_scalar(o, mac_face_pressure(o->m, side, q) / rho);
                 } else { /* along the outward normal */
                     double dp = o->m->dp[d][q + (side % 2 ? g->stride[d] : 0)];
-                    put_scalar(o->file, (side % 2 ? dp : -dp) / rho);
+                    put_scalar(o, (side % 2 ? dp : -dp) / rho);
                 }
             }
     }
@@ -164,14 +165,14 @@ static void internal_scalar(const output *o, const double *q, double scale)
             (size_t)g->n[0] * (size_t)g->n[1] * (size_t)g->n[2]);
     for (int k = 1; k <= g->n[2]; k++)
         for (int j = 1; j <= g->n[1]; j++)
-            for (int i = 1; i <= g->n[0]; i++) put_scalar(o->file, scale * q[mac_at(g, i, j, k)]);
+            for (int i = 1; i <= g->n[0]; i++) put_scalar(o, scale * q[mac_at(g, i, j, k)]);
     fprintf(o->file, ")\n;\n\n");
 }
 
 static void internal_vector(const output *o, size_t cells, const double (*q)[3])
 {
     fprintf(o->file, "internalField   nonuniform List<vector>\n%zu\n(\n", cells);
-    for (size_t i = 0; i < cells; i++) put_vector(o->file, q[i]);
+    for (size_t i = 0; i < cells; i++) put_vector(o, q[i]);
     fprintf(o->file, ")\n;\n\n");
 }
 

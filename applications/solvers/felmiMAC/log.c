@@ -9,36 +9,12 @@
  * measure in the log is K dt/(rho eps).
  */
 #include "log.h"
+#include "banner.h"
 
 #include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
-#include <unistd.h>
-
-static void line(void)
-{
-    puts("// * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * //");
-}
-
-void mac_log_program(const char *directory)
-{
-    char host[256] = "unknown", date[64] = "";
-    const time_t now = time(NULL);
-    struct tm local;
-    gethostname(host, sizeof host - 1);
-    if (localtime_r(&now, &local)) strftime(date, sizeof date, "%b %d %Y %H:%M:%S", &local);
-    char *folder = realpath(directory, NULL);
-    printf("/*---------------------------------------------------------------------------*\\\n"
-           "| felmiFoam %-16s particles in fluids: FELMI, component by component |\n"
-           "\\*---------------------------------------------------------------------------*/\n"
-           "Exec   : felmiMAC\nDate   : %s\nHost   : %s\nPID    : %ld\nCase   : %s\nnProcs : 1\n",
-           FELMI_VERSION, date, host, (long)getpid(), folder ? folder : directory);
-    free(folder);
-    line();
-}
 
 /* ---- the case -------------------------------------------------------------------------------- */
 
@@ -123,40 +99,32 @@ static void log_particles(const mac_case *c, const mac_coupled *coupled)
                r.map.moved_volume, r.map.solid_volume, c->coupling.packing_limit);
 }
 
-static void log_limit(const char *name, double value, const char *what)
-{
-    if (isfinite(value) && value > 0)
-        printf("    %-16s%12.4g s  %s\n", name, value, what);
-    else
-        printf("    %-16s%12s    %s\n", name, "-", what);
-}
-
 void mac_log_limits(const mac_case *c, const mac_coupled *coupled, double dt)
 {
     double convective, viscous;
     mac_limits(coupled->fluid, &convective, &viscous);
     if (coupled->particles) log_particles(c, coupled);
     puts("\nLimits of the time step");
-    log_limit("convection", convective, "Courant number 1, at the start's velocity");
-    log_limit("viscosity", viscous, "rho / (4 mu sum 1/h^2)");
+    banner_limit("convection", convective, "Courant number 1, at the start's velocity");
+    banner_limit("viscosity", viscous, "rho / (4 mu sum 1/h^2)");
     if (coupled->particles) {
         const dem_limits limits = dem_time_limits(phase_engine(coupled->particles));
         double K = 0;
         const double *Kc = phase_K(coupled->particles), *eps = phase_voidage(coupled->particles);
         for (size_t i = 0; i < coupled->cells; i++) K = fmax(K, Kc[i] / (c->flow.rho * eps[i]));
-        log_limit("drag", K > 0 ? 1 / K : INFINITY,
-                  c->coupling.scheme == CPL_EXPLICIT
-                      ? "rho eps / K, fluid moving with particles"
-                      : "rho eps / K, not a limit: drag is implicit");
-        log_limit("contact", limits.contact, "period of a contact / stepsPerPeriod: sub-steps");
-        log_limit("Rayleigh", limits.rayleigh, "a fifth of the Rayleigh time, not imposed");
-        log_limit("user", limits.user, "timeStep.maximum");
-        log_limit("sub-step", dt / ceil(dt / limits.step * (1 - 1e-12)), "at first");
+        banner_limit("drag", K > 0 ? 1 / K : INFINITY,
+                     c->coupling.scheme == CPL_EXPLICIT
+                         ? "rho eps / K, fluid moving with particles"
+                         : "rho eps / K, not a limit: drag is implicit");
+        banner_limit("contact", limits.contact, "period of a contact / stepsPerPeriod: sub-steps");
+        banner_limit("Rayleigh", limits.rayleigh, "a fifth of the Rayleigh time, not imposed");
+        banner_limit("user", limits.user, "timeStep.maximum");
+        banner_limit("sub-step", dt / ceil(dt / limits.step * (1 - 1e-12)), "at first");
     }
-    log_limit("deltaT", dt, c->control.adjust_time_step ? "at first, then by maxCo" : "fixed");
+    banner_limit("deltaT", dt, c->control.adjust_time_step ? "at first, then by maxCo" : "fixed");
     printf("\nTime from %g to %g s, output every %g s\n", c->control.start_time,
            c->control.end_time, c->control.write_interval);
-    line();
+    banner_line();
     puts("");
     fflush(stdout);
 }

@@ -9,8 +9,6 @@
 #include "coupling.h"
 #include "settings.h"
 
-/* Program, host and case. */
-void mac_log_program(const char *directory);
 /* Mesh, fluid, sides, scheme and equations. */
 void mac_log_case(const mac_case *c);
 /* Every limit on the time step, once the simulation is built. */

@@ -252,10 +252,19 @@ int mac_step(mac *m, double dt)
     return m->report.courant < 0 ? -1 : 0;
 }
 
+double mac_viscous_limit(const mac_param *param)
+{
+    double stiff = 0;
+    for (int d = 0; d < 3; d++)
+        if (param->n[d] > 1) stiff += 1 / (param->h[d] * param->h[d]);
+    /* rho / (2 mu sum h^-2), half of it because of the transposed gradient */
+    return param->mu > 0 && stiff > 0 ? param->rho / (4 * param->mu * stiff) : INFINITY;
+}
+
 void mac_limits(const mac *m, double *convective, double *viscous)
 {
     const mac_grid *g = &m->grid;
-    double fastest = 0, stiff = 0;
+    double fastest = 0;
     for (int k = 1; k <= g->n[2]; k++)
         for (int j = 1; j <= g->n[1]; j++)
             for (int i = 1; i <= g->n[0]; i++) {
@@ -265,11 +274,8 @@ void mac_limits(const mac *m, double *convective, double *viscous)
                     sum += fmax(fabs(m->u[d][q]), fabs(m->u[d][q + g->stride[d]])) / g->h[d];
                 if (sum > fastest) fastest = sum;
             }
-    for (int d = 0; d < 3; d++)
-        if (g->n[d] > 1) stiff += 1 / (g->h[d] * g->h[d]);
     *convective = fastest > 0 ? 1 / fastest : INFINITY;
-    /* rho / (2 mu sum h^-2), half of it because of the transposed gradient */
-    *viscous = m->param.mu > 0 && stiff > 0 ? m->param.rho / (4 * m->param.mu * stiff) : INFINITY;
+    *viscous = mac_viscous_limit(&m->param);
 }
 
 /* ---- pressure at the sides ------------------------------------------------------------------- */

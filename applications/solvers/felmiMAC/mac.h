@@ -160,6 +160,7 @@ void mac_start(mac *m, const double (*U)[3]);
 /* Largest stable steps of the explicit terms, s: convection at the present velocity (infinite at
  * rest) and viscosity. */
 void mac_limits(const mac *m, double *convective, double *viscous);
+double mac_viscous_limit(const mac_param *param);
 
 /* Area-mean pressure on a side, Pa; the mean gradient of a held flux is not included. */
 double mac_side_pressure(const mac *m, int side);

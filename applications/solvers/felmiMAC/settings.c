@@ -18,33 +18,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
-
-static case_dict *read_file(const mac_case *c, const char *name, case_errors *errors)
-{
-    char path[4096];
-    snprintf(path, sizeof path, "%s/%s", c->directory, name);
-    return case_dict_read(path, errors);
-}
-
-static int exists(const mac_case *c, const char *name)
-{
-    char path[4096];
-    snprintf(path, sizeof path, "%s/%s", c->directory, name);
-    return access(path, F_OK) == 0;
-}
-
-void mac_time_name(const mac_case *c, double time, char *name, size_t size)
-{
-    /* more digits where two outputs would share a name */
-    double apart = 1e-3 * c->control.write_interval;
-    char text[32];
-    for (int digits = c->control.time_precision; digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, time);
-        if (!(fabs(strtod(text, NULL) - time) > apart)) break;
-    }
-    snprintf(name, size, "%s", text);
-}
 
 /* ---- patches --------------------------------------------------------------------------------- */
 
@@ -94,8 +67,9 @@ static int side_of_face(const mac_case *c, const double *vertex, size_t n, const
  * read and found good before. */
 static void order_patches(mac_case *c, case_errors *errors)
 {
-    case_dict *dict =
-        exists(c, "system/blockMeshDict") ? read_file(c, "system/blockMeshDict", errors) : NULL;
+    case_dict *dict = case_file_exists(c->directory, "system/blockMeshDict")
+                          ? case_read_file(c->directory, "system/blockMeshDict", errors)
+                          : NULL;
     const char *key = dict && case_has(dict, "scale") ? "scale" : "convertToMeters";
     double *vertex = NULL, one = 1;
     double scale = dict ? case_scalar(dict, key, &one, case_positive, errors) : 1;
@@ -153,7 +127,7 @@ static void read_own_settings(mac_case *c, const case_dict *dict, case_errors *e
 
 static void read_solution(mac_case *c, case_errors *errors)
 {
-    case_dict *dict = read_file(c, "system/fvSolution", errors);
+    case_dict *dict = case_read_file(c->directory, "system/fvSolution", errors);
     if (!dict) return;
     const case_dict *pimple =
         case_sub(dict, case_has(dict, "PIMPLE") ? "PIMPLE" : "PISO", 0, errors);
@@ -174,27 +148,42 @@ static void read_solution(mac_case *c, case_errors *errors)
 
 static void read_particles(mac_case *c, case_errors *errors)
 {
-    c->particles = exists(c, "constant/demProperties");
+    c->particles = case_file_exists(c->directory, "constant/demProperties");
     if (!c->particles) {
-        if (exists(c, "constant/couplingProperties"))
+        if (case_file_exists(c->directory, "constant/couplingProperties"))
             case_error(errors, "constant/couplingProperties", 0,
                        "there is no constant/demProperties beside it: add it, or remove this file "
                        "for a run without particles");
         return;
     }
-    case_dict *dem = read_file(c, "constant/demProperties", errors);
+    case_dict *dem = case_read_file(c->directory, "constant/demProperties", errors);
     if (dem) case_read_dem(dem, c->directory, &c->mesh, c->fluid.gravity, &c->dem, errors);
     case_dict_free(dem);
-    case_dict *coupling = read_file(c, "constant/couplingProperties", errors);
+    case_dict *coupling = case_read_file(c->directory, "constant/couplingProperties", errors);
     if (coupling) case_read_coupling(coupling, &c->coupling, errors);
     case_dict_free(coupling);
     if (case_errors_count(errors) == 0)
         case_check(&c->control, &c->mesh, &c->dem, &c->coupling, errors);
 }
 
+void mac_time_name(const mac_case *c, double time, char *name, size_t size)
+{
+    case_time_name(&c->control, time, 1e-3 * c->control.write_interval, name, size);
+}
+
 static void check_time(mac_case *c, case_errors *errors)
 {
-    mac_time_name(c, c->control.start_time, c->start, sizeof c->start);
+    const case_control *control = &c->control;
+    const double step = fmin(control->delta_t, control->max_delta_t);
+    const double viscous = mac_viscous_limit(&c->flow);
+    mac_time_name(c, control->start_time, c->start, sizeof c->start);
+    /* a fixed step beyond the viscous limit cannot work */
+    if (!control->adjust_time_step && step > viscous)
+        case_error(
+            errors, "system/controlDict", 0,
+            "deltaT: %g s is too much for felmiMAC: the explicit viscous term is stable only up "
+            "to %g s on this mesh; accepted: a smaller deltaT, or adjustTimeStep yes",
+            step, viscous);
     if (c->particles && c->control.start_time != 0)
         case_error(
             errors, "system/controlDict", 0,
@@ -213,7 +202,10 @@ void mac_case_read(const char *directory, mac_case *c, case_errors *errors)
     case_read_fluid(directory, &c->fluid, errors);
     int before = case_errors_count(errors);
     case_read_mesh(directory, &c->mesh, errors);
-    if (case_errors_count(errors) > before) return; /* without a mesh nothing else has a meaning */
+    if (case_errors_count(errors) > before) {
+        read_particles(c, errors);
+        return; /* without a mesh nothing else has a meaning */
+    }
     order_patches(c, errors);
     for (int d = 0; d < 3; d++) {
         c->flow.n[d] = c->mesh.cells[d];

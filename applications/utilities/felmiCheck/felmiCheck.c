@@ -4,80 +4,151 @@
  *
  *     felmiCheck [-case <directory>]
  *
- * Prints all errors of the case and fails, or a summary: times, mesh, fluid, materials, particles
- * as the engine really creates them, cells in diameters, and the limits of the DEM time step. A
- * case without constant/transportProperties is one of particles alone, one without
- * constant/demProperties of fluid alone.
+ * Prints all errors of the case and fails, or a summary: times, mesh, fluid, conditions, materials,
+ * particles as the engine really creates them, cells in diameters, and the limits of the time step.
+ * What a case is:
+ *
+ *     no constant/transportProperties    particles alone, for felmiDEM
+ *     mesh one box of equal cells        for felmiMAC, whose own reader reads all of it; felmiFoam
+ *                                        shares the files of constant and controlDict
+ *     any other mesh                     for felmiFoam: those files, and what was not checked
+ *
+ * A case for felmiMAC without constant/demProperties is one of fluid alone.
  */
 #include <math.h>
 #include <mpi.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
+#include "arguments.h"
 #include "case.h"
+#include "message.h"
+#include "settings.h"
+
+static const char PROGRAM[] = "felmiCheck";
+static const char HELP[] =
+    "felmiCheck: reads and checks a case without running it\n\n"
+    "usage: felmiCheck [-case <dir>] [-help] [-version]\n\n"
+    "  -case <dir>  directory of the case, default: the current one\n"
+    "  -help        this text\n"
+    "  -version     version number\n\n"
+    "Prints all errors of the case and fails, or a summary of what would be run. Where the mesh "
+    "is\n"
+    "one box of equal cells the case is checked as felmiMAC reads it, with 0/U, 0/p and the\n"
+    "sub-dictionary felmiMAC of fvSolution; on other meshes, which only felmiFoam can use, as far\n"
+    "as felmiFoam reads it by the same rules.\n";
 
 typedef struct whole_case {
     const char *directory;
-    int particles, flows, meshed; /* what the case has */
-    case_control control;
-    case_mesh mesh;
-    case_fluid fluid;
-    case_dem dem;
-    cpl_param coupling;
+    int particles, flows; /* what the case has */
+    int meshed;           /* the mesh is a box, and known */
+    int general;          /* there is a mesh, which is no box ... */
+    char why[1024];       /* ... because, with a newline */
+    mac_case c;
     case_errors *errors;
 } whole_case;
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
-static int has_file(const char *directory, const char *name)
+static int has_block_mesh(const char *directory)
 {
-    char path[4096];
-    return snprintf(path, sizeof path, "%s/%s", directory, name) < (int)sizeof path &&
-           access(path, F_OK) == 0;
+    return case_file_exists(directory, "system/blockMeshDict") ||
+           case_file_exists(directory, "constant/polyMesh/blockMeshDict");
 }
 
-static case_dict *read_dict(const whole_case *c, const char *name)
+/* Whether the case says that it is for felmiMAC. */
+static int is_for_mac(const char *directory)
 {
-    char path[4096];
-    snprintf(path, sizeof path, "%s/%s", c->directory, name);
-    return case_dict_read(path, c->errors);
+    case_errors *ignored = case_errors_new();
+    case_dict *dict = case_read_file(directory, "system/controlDict", ignored);
+    const char *application = dict ? case_word(dict, "application", "", 0, ignored) : NULL;
+    int mac = application && strcmp(application, "felmiMAC") == 0;
+    case_dict_free(dict);
+    case_errors_free(ignored);
+    return mac;
 }
 
-static void read_particles(whole_case *c)
+/* A mesh that felmiFoam alone can use: of blockMesh, but no box; cut by snappyHexMesh; or made
+ * elsewhere. */
+static int is_general(whole_case *w)
 {
-    const case_mesh *mesh = c->meshed ? &c->mesh : NULL;
-    case_dict *dict;
-    if (c->flows && (dict = read_dict(c, "constant/couplingProperties"))) {
-        case_read_coupling(dict, &c->coupling, c->errors);
+    const char *const d = w->directory, *made = NULL;
+    if (case_file_exists(d, "system/snappyHexMeshDict"))
+        made = "there is a system/snappyHexMeshDict";
+    else if (!has_block_mesh(d) && case_file_exists(d, "constant/polyMesh/owner"))
+        made = "there is no system/blockMeshDict";
+    if (made || !has_block_mesh(d)) {
+        snprintf(w->why, sizeof w->why, "%s\n", made ? made : "");
+        return made != NULL;
+    }
+    case_mesh mesh;
+    case_errors *why = case_errors_new();
+    case_read_mesh(d, &mesh, why);
+    snprintf(w->why, sizeof w->why, "%s", case_errors_text(why));
+    case_errors_free(why);
+    return mesh.general;
+}
+
+/* As felmiFoam reads them: times, of which it understands more than is checked here, and fluid. */
+static void read_foam_flow(whole_case *w)
+{
+    mac_case *c = &w->c;
+    case_dict *dict = case_read_file(w->directory, "system/controlDict", w->errors);
+    if (dict) {
+        double start = case_start_time(dict, w->directory, w->errors);
+        case_control_of(dict, start, &c->control, w->errors);
+        c->control.adjust_time_step = case_bool(dict, "adjustTimeStep", &(int){0}, w->errors);
         case_dict_free(dict);
     }
-    if ((dict = read_dict(c, "constant/demProperties"))) {
-        case_read_dem(dict, c->directory, mesh, c->fluid.gravity, &c->dem, c->errors);
-        case_dict_free(dict);
-    }
-    case_check(&c->control, mesh, &c->dem, c->flows ? &c->coupling : NULL, c->errors);
+    dict = case_read_file(w->directory, "constant/transportProperties", w->errors);
+    if (dict) case_fluid_of(dict, 0, &c->fluid, w->errors);
+    case_dict_free(dict);
+    case_read_gravity(w->directory, c->fluid.gravity, w->errors);
+    dict = case_read_file(w->directory, "constant/couplingProperties", w->errors);
+    if (dict) case_read_coupling(dict, &c->coupling, w->errors);
+    case_dict_free(dict);
 }
 
-static void read_case(whole_case *c)
+/* Cases that felmiMAC's reader is not for: of particles alone, and on general meshes. */
+static void read_parts(whole_case *w)
 {
-    int coupled = has_file(c->directory, "constant/couplingProperties");
-    c->flows = coupled || has_file(c->directory, "constant/transportProperties");
-    c->particles = coupled || !c->flows || has_file(c->directory, "constant/demProperties");
-    c->meshed = c->flows || has_file(c->directory, "system/blockMeshDict");
-    case_read_control(c->directory, &c->control, c->errors);
-    if (c->meshed) case_read_mesh(c->directory, &c->mesh, c->errors);
-    if (c->flows)
-        case_read_fluid(c->directory, &c->fluid, c->errors);
-    else
-        case_read_gravity(c->directory, c->fluid.gravity, c->errors);
-    if (c->particles) read_particles(c);
+    mac_case *c = &w->c;
+    w->particles = 1;
+    if (w->flows) {
+        read_foam_flow(w);
+    } else {
+        case_read_control(w->directory, &c->control, w->errors);
+        w->meshed = has_block_mesh(w->directory);
+        if (w->meshed) case_read_mesh(w->directory, &c->mesh, w->errors);
+        case_read_gravity(w->directory, c->fluid.gravity, w->errors);
+    }
+    const case_mesh *mesh = w->meshed || w->flows ? &c->mesh : NULL;
+    case_dict *dict = case_read_file(w->directory, "constant/demProperties", w->errors);
+    if (dict) case_read_dem(dict, w->directory, mesh, c->fluid.gravity, &c->dem, w->errors);
+    case_dict_free(dict);
+    if (case_errors_count(w->errors) == 0)
+        case_check(&c->control, w->flows ? mesh : NULL, &c->dem, w->flows ? &c->coupling : NULL,
+                   w->errors);
+}
+
+static void read_case(whole_case *w)
+{
+    w->flows = case_file_exists(w->directory, "constant/couplingProperties") ||
+               case_file_exists(w->directory, "constant/transportProperties");
+    w->general = w->flows && !is_for_mac(w->directory) && is_general(w);
+    if (!w->flows || w->general) {
+        read_parts(w);
+        return;
+    }
+    mac_case_read(w->directory, &w->c, w->errors);
+    w->particles = w->c.particles;
+    w->meshed = 1;
 }
 
 /* ---- summary --------------------------------------------------------------------------------- */
 
-static void print_flow(const whole_case *c)
+static void print_mesh(const case_mesh *m)
 {
     static const char *const type[] = {[CASE_PATCH] = "patch",
                                        [CASE_WALL] = "wall",
@@ -85,23 +156,35 @@ static void print_flow(const whole_case *c)
                                        [CASE_EMPTY] = "empty",
                                        [CASE_CYCLIC] = "cyclic"};
     static const char *const side[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
-    const case_mesh *m = &c->mesh;
-    printf("time       %g to %g s, deltaT %g s%s, output every %g s\n", c->control.start_time,
-           c->control.end_time, c->control.delta_t,
-           c->control.adjust_time_step ? " at first, adjusted" : "", c->control.write_interval);
-    if (c->meshed) {
-        printf("mesh       %d x %d x %d = %d cells of %g x %g x %g m\n", m->cells[0], m->cells[1],
-               m->cells[2], m->cells[0] * m->cells[1] * m->cells[2], m->spacing[0], m->spacing[1],
-               m->spacing[2]);
-        printf("           (%g %g %g) to (%g %g %g) m\n          ", m->lo[0], m->lo[1], m->lo[2],
-               m->hi[0], m->hi[1], m->hi[2]);
-        for (int i = 0; i < 6; i++)
-            printf(" %s %s (%s)%s", side[i], m->side[i].patch, type[m->side[i].type],
-                   i == 5   ? "\n"
-                   : i == 2 ? "\n          "
-                            : "");
-    }
-    if (c->flows) printf("fluid      rho %g kg/m3, nu %g m2/s\n", c->fluid.rho, c->fluid.nu);
+    printf("mesh       %d x %d x %d = %d cells of %g x %g x %g m\n", m->cells[0], m->cells[1],
+           m->cells[2], m->cells[0] * m->cells[1] * m->cells[2], m->spacing[0], m->spacing[1],
+           m->spacing[2]);
+    printf("           (%g %g %g) to (%g %g %g) m\n          ", m->lo[0], m->lo[1], m->lo[2],
+           m->hi[0], m->hi[1], m->hi[2]);
+    for (int i = 0; i < 6; i++)
+        printf(" %s %s (%s)%s", side[i], m->side[i].patch, type[m->side[i].type],
+               i == 5   ? "\n"
+               : i == 2 ? "\n          "
+                        : "");
+}
+
+static void print_flow(const whole_case *w)
+{
+    const mac_case *c = &w->c;
+    printf("time       %g to %g s, deltaT %g s%s", c->control.start_time, c->control.end_time,
+           c->control.delta_t, c->control.adjust_time_step ? " at first, adjusted" : "");
+    if (w->general)
+        puts("");
+    else
+        printf(", output every %g s\n", c->control.write_interval);
+    if (w->meshed) print_mesh(&c->mesh);
+    if (w->flows && isfinite(c->fluid.nu))
+        printf("fluid      rho %g kg/m3, nu %g m2/s\n", c->fluid.rho, c->fluid.nu);
+    else if (w->flows)
+        printf("fluid      rho %g kg/m3\n", c->fluid.rho);
+    for (int i = 0; i < c->patches; i++)
+        printf("%s %-16s U %-28s p %s\n", i ? "          " : "conditions", c->patch[i].name,
+               c->patch[i].U.type, c->patch[i].p.type);
     printf("gravity    (%g %g %g) m/s2\n", c->fluid.gravity[0], c->fluid.gravity[1],
            c->fluid.gravity[2]);
 }
@@ -135,8 +218,9 @@ static void print_materials(const dem_param *p)
         printf("wall       %s of %s\n", p->wall[i].name, p->material[p->wall[i].material].name);
 }
 
-static void print_particles(const whole_case *c, const dem_sim *sim)
+static void print_particles(const whole_case *w, const dem_sim *sim)
 {
+    const mac_case *c = &w->c;
     const double pi = 3.14159265358979323846;
     const dem_param *p = &c->dem.param;
     dem_view view = dem_particles(sim);
@@ -153,12 +237,12 @@ static void print_particles(const whole_case *c, const dem_sim *sim)
     double room = 1;
     for (int a = 0; a < 3; a++) room *= p->hi[a] - p->lo[a];
     printf(", %.3g of the domain\n", volume / room);
-    if (c->meshed && view.n)
+    if (w->meshed && view.n)
         printf("cells      %.3g x %.3g x %.3g of the largest diameter\n", c->mesh.spacing[0] / most,
                c->mesh.spacing[1] / most, c->mesh.spacing[2] / most);
 }
 
-static void print_limits(const whole_case *c, const dem_sim *sim)
+static void print_limits(const case_control *control, const dem_sim *sim)
 {
     dem_limits limits = dem_time_limits(sim);
     const struct {
@@ -173,84 +257,99 @@ static void print_limits(const whole_case *c, const dem_sim *sim)
                    limit[i].value);
     if (isfinite(limits.step) && limits.step > 0)
         printf("           %.0f sub-steps in a step deltaT\n",
-               fmax(1, ceil(c->control.delta_t / limits.step)));
+               fmax(1, ceil(control->delta_t / limits.step)));
 }
 
 /* ---- main ------------------------------------------------------------------------------------ */
 
-/* Make the particles as a run would; 0 with a message when the engine refuses. */
-static int summarise(const whole_case *c)
+/* The particles need a domain: that of a mesh, or their own. */
+static int has_domain(const dem_param *p)
+{
+    double sum = 0;
+    for (int a = 0; a < 3; a++) sum += p->lo[a] + p->hi[a];
+    return isfinite(sum);
+}
+
+/* Make the particles as a run would; 0 with a message when the engine refuses. *taken: the engine
+ * has the walls' shapes. */
+static int make_particles(const whole_case *w, int *taken)
 {
     dem_sim *sim = NULL;
-    print_flow(c);
-    if (!c->particles) return 1;
-    print_materials(&c->dem.param);
-    fflush(stdout);
-    int good = dem_new(MPI_COMM_SELF, &c->dem.param, &sim) == DEM_OK;
+    const dem_param *param = &w->c.dem.param;
+    print_materials(param);
+    if (!has_domain(param)) return 1;
+    int good = *taken = dem_new(MPI_COMM_SELF, param, &sim) == DEM_OK;
     if (good) {
-        print_particles(c, sim);
-        print_limits(c, sim);
+        print_particles(w, sim);
+        print_limits(&w->c.control, sim);
     } else {
-        fprintf(stderr, "%s/constant/demProperties: %s\n", c->directory, dem_message(sim));
+        message_stop(PROGRAM, "%s/constant/demProperties: %s", w->directory, dem_message(sim));
     }
     dem_free(sim);
     return good;
 }
 
-static int check(const char *directory)
+/* What the summary above vouches for, and what it does not. */
+static void conclude(const whole_case *w)
 {
-    whole_case c = {.directory = directory, .errors = case_errors_new()};
-    read_case(&c);
-    int errors = case_errors_count(c.errors), made = 0;
-    fputs(case_notes_text(c.errors), stdout);
-    if (errors) {
-        fputs(case_errors_text(c.errors), stderr);
-        fprintf(stderr, "felmiCheck: %d error%s in the case %s\n", errors, errors > 1 ? "s" : "",
-                directory);
-    } else {
-        made = summarise(&c);
-    }
-    case_dem_free(&c.dem, !made);
-    case_errors_free(c.errors);
-    if (made) puts("The case is ready to run.");
-    return made ? EXIT_SUCCESS : EXIT_FAILURE;
+    const char *const where = has_domain(&w->c.dem.param)
+                                  ? "whether cells suit the particles"
+                                  : "whether cells suit the particles, and\n"
+                                    "            whether these lie in it";
+    if (w->general)
+        printf("not checked the mesh, which is not one box of equal cells: only felmiFoam can use "
+               "it;\n            %s            %s;\n            0/U, 0/p, fvSchemes, fvSolution, "
+               "turbulenceProperties\n"
+               "No mistakes in what was checked.\n",
+               w->why, where);
+    else if (w->flows)
+        puts("not checked what OpenFOAM alone reads: fvSchemes, solvers in fvSolution,\n"
+             "            turbulenceProperties\n"
+             "felmiMAC can run this case.");
+    else
+        puts("felmiDEM can run this case.");
 }
 
-/* The directory, or NULL when there is nothing to check; *status is the exit code then. */
-static const char *read_arguments(int argc, char **argv, int *status)
+/* felmiMAC knows fewer conditions than felmiFoam: whose the errors are. */
+static void tell_apart(const whole_case *w)
 {
-    static const char *const help =
-        "felmiCheck: reads and checks a case without running it\n\n"
-        "usage: felmiCheck [-case <dir>] [-help] [-version]\n\n"
-        "  -case <dir>  directory of the case, default: the current one\n"
-        "  -help        this text\n"
-        "  -version     version number\n\n"
-        "Prints all errors of the case and fails, or a summary of what would be run.\n";
-    const char *directory = ".";
-    for (int i = 1; i < argc; i++) {
-        const char *argument = argv[i] + (strncmp(argv[i], "--", 2) == 0); /* --help as well */
-        int asked = strcmp(argument, "-help") == 0 || strcmp(argument, "-h") == 0;
-        if (asked || strcmp(argument, "-version") == 0) {
-            puts(asked ? help : FELMI_VERSION);
-            *status = EXIT_SUCCESS;
-            return NULL;
-        }
-        if (strcmp(argument, "-case") != 0 || i + 1 == argc) {
-            fprintf(stderr, "felmiCheck: %s '%s'\n\n%s",
-                    strcmp(argument, "-case") == 0 ? "a directory must follow" : "unknown argument",
-                    argv[i], help);
-            *status = 2;
-            return NULL;
-        }
-        directory = argv[++i];
+    whole_case foam = {.directory = w->directory, .flows = 1, .errors = case_errors_new()};
+    read_parts(&foam);
+    if (case_errors_count(foam.errors) == 0)
+        fputs(
+            "These are of felmiMAC's reader. What felmiFoam reads by the same rules (controlDict,\n"
+            "transportProperties, g, demProperties, couplingProperties) is without mistakes; the\n"
+            "rest of its case was not checked.\n",
+            stderr);
+    case_dem_free(&foam.c.dem, 1);
+    case_errors_free(foam.errors);
+}
+
+static int check(const char *directory)
+{
+    whole_case w = {.directory = directory, .errors = case_errors_new()};
+    int taken = 0;
+    read_case(&w);
+    int good = message_case(PROGRAM, w.errors) == 0;
+    if (good) {
+        print_flow(&w);
+        if (w.particles) good = make_particles(&w, &taken);
     }
-    return directory;
+    if (good)
+        conclude(&w);
+    else if (w.flows && !w.general && !is_for_mac(directory))
+        tell_apart(&w);
+    case_dem_free(&w.c.dem, !taken);
+    w.c.particles = 0; /* they have been freed */
+    mac_case_free(&w.c, 0);
+    case_errors_free(w.errors);
+    return good ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 int main(int argc, char **argv)
 {
     int status = EXIT_SUCCESS;
-    const char *directory = read_arguments(argc, argv, &status);
+    const char *directory = arguments_read(argc, argv, PROGRAM, HELP, &status);
     if (!directory) return status;
     MPI_Init(&argc, &argv);
     status = check(directory);

@@ -1,37 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * banner.c - what the log says before the first step: program, host, case, materials, contacts,
+ * start.c - what the log says of a case before the first step: domain, materials, contacts,
  * walls and every limit on the time step, so that a run can be judged by its log alone.
  */
 #include "felmiDEM.h"
+#include "banner.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <time.h>
-#include <unistd.h>
-
-static void line(void)
-{
-    puts("// * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * * //");
-}
-
-void banner_program(const char *directory)
-{
-    char host[256] = "unknown", date[64] = "";
-    const time_t now = time(NULL);
-    struct tm local;
-    gethostname(host, sizeof host - 1);
-    if (localtime_r(&now, &local) != NULL) strftime(date, sizeof date, "%b %d %Y %H:%M:%S", &local);
-    char *folder = realpath(directory, NULL);
-    printf("/*---------------------------------------------------------------------------*\\\n"
-           "| felmiFoam %-16s particles in fluids: FELMI, component by component |\n"
-           "\\*---------------------------------------------------------------------------*/\n"
-           "Exec   : felmiDEM\nDate   : %s\nHost   : %s\nPID    : %ld\nCase   : %s\nnProcs : 1\n",
-           FELMI_VERSION, date, host, (long)getpid(), folder ? folder : directory);
-    free(folder);
-    line();
-}
 
 static void print_vector(const char *name, const double v[3], const char *units)
 {
@@ -72,7 +48,7 @@ static void print_contacts(const dem_param *param)
         }
 }
 
-void banner_case(const dem_param *param, const case_control *control)
+void start_case(const dem_param *param, const case_control *control)
 {
     puts("\nDomain");
     print_vector("min", param->lo, "m");
@@ -93,23 +69,15 @@ void banner_case(const dem_param *param, const case_control *control)
     fflush(stdout);
 }
 
-static void print_limit(const char *name, double value, const char *what)
-{
-    if (isfinite(value) && value > 0.)
-        printf("    %-16s%12.4g s  %s\n", name, value, what);
-    else
-        printf("    %-16s%12s    %s\n", name, "-", what);
-}
-
-void banner_time_step(const dem_limits *limits, double delta_t)
+void start_time_step(const dem_limits *limits, double delta_t)
 {
     puts("\nLimits of the time step");
-    print_limit("contact", limits->contact, "period of a contact / stepsPerPeriod");
-    print_limit("Rayleigh", limits->rayleigh, "a fifth of the Rayleigh time, not imposed");
-    print_limit("user", limits->user, "timeStep.maximum");
-    print_limit("deltaT", delta_t, "one line of this log, in equal sub-steps");
-    print_limit("sub-step", delta_t / ceil(delta_t / limits->step * (1. - 1e-12)), "at first");
-    line();
+    banner_limit("contact", limits->contact, "period of a contact / stepsPerPeriod");
+    banner_limit("Rayleigh", limits->rayleigh, "a fifth of the Rayleigh time, not imposed");
+    banner_limit("user", limits->user, "timeStep.maximum");
+    banner_limit("deltaT", delta_t, "one line of this log, in equal sub-steps");
+    banner_limit("sub-step", delta_t / ceil(delta_t / limits->step * (1. - 1e-12)), "at first");
+    banner_line();
     puts("");
     fflush(stdout);
 }
