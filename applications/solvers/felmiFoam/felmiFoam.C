@@ -72,6 +72,7 @@ int main(int argc, char *argv[])
     #include "createFields.H"
 
     particles.report();
+    particles.writeSnapshot();
 
     Info<< "Starting time loop\n" << endl;
 

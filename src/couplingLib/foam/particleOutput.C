@@ -188,9 +188,14 @@ void particlePhase::writeCloud() const
 
 void particlePhase::write()
 {
-    const Time& runTime = mesh_.time();
-
     writeCloud();
+    writeSnapshot();
+}
+
+
+void particlePhase::writeSnapshot()
+{
+    const Time& runTime = mesh_.time();
 
     dem_sim* engine = phase_engine(phase_);
     const fileName directory(runTime.path()/"dem");
