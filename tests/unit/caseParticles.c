@@ -246,8 +246,9 @@ static void positions(void **unused)
     case_dem_free(&dem, 1);
     put_file(&f, "constant/spheres", "2\n((.05 .1 .2)\n(.05 .1 0.5.5))");
     read_in(&f, list, NULL, NULL, &dem);
-    assert_says(f.errors, "spheres:3: position 1, counted from 0, is '(0.05 0.1 0.5.5)'; accepted: a "
-                          "list of positions");
+    assert_says(f.errors,
+                "spheres:3: position 1, counted from 0, is '(0.05 0.1 0.5.5)'; accepted: a "
+                "list of positions");
     case_dem_free(&dem, 1);
     shell("rm %s/constant/spheres%s", f.directory, "");
     read_in(&f, list, NULL, NULL, &dem);
