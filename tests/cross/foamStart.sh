@@ -39,7 +39,13 @@ cp good constant/demProperties
 mv constant/couplingProperties aside
 refuses "couplingProperties: the file cannot be read"
 mv aside constant/couplingProperties
+cp constant/transportProperties good
+sed -i 's/rho [^;]*;//' constant/transportProperties
+refuses "rho: missing; accepted: a number > 0 in kg/m3"
+mv good constant/transportProperties
 refuses "leave out mpirun and -parallel" -parallel
+[ "$(felmiFoam -version)" = "$(felmiMAC -version)" ]
+felmiFoam -help | grep -q '^writes: U, p,'
 
 runCase
 sed -i 's/startTime 0;/startTime 0.002;/; s/endTime 0.002;/endTime 0.004;/' system/controlDict

@@ -112,13 +112,7 @@ static case_control readControl(const Time& runTime, case_errors* errors)
 
     if (dict)
     {
-        control.start_time = runTime.startTime().value();
-        control.end_time =
-            case_scalar(dict, "endTime", nullptr, case_any, errors);
-        control.delta_t =
-            case_scalar(dict, "deltaT", nullptr, case_positive, errors);
-        control.write_interval = control.end_time - control.start_time;
-        control.max_co = control.max_delta_t = GREAT;
+        case_control_of(dict, runTime.startTime().value(), &control, errors);
         case_dict_free(dict);
     }
 
@@ -132,11 +126,9 @@ static void checkFluid(const Time& runTime, case_errors* errors)
 
     if (dict)
     {
-        case_scalar(dict, "rho", nullptr, case_positive, errors);
-        if (case_has(dict, "nu"))
-        {
-            case_scalar(dict, "nu", nullptr, case_positive, errors);
-        }
+        // the viscosity of models other than Newtonian is OpenFOAM's matter
+        case_fluid fluid;
+        case_fluid_of(dict, 0, &fluid, errors);
         case_dict_free(dict);
     }
 }
