@@ -147,6 +147,34 @@ static void taylor_green_vortices(void **state)
     assert_true(fabs(e32 / exact - 1) < 3e-3);
 }
 
+/* ---- limits ---------------------------------------------------------------------------------- */
+
+/* One thin layer of cells between two walls, h across: the shear of both walls slows a layer at the
+ * rate 4 nu/h^2, and at the announced limit that decays instead of growing. */
+static void layer_between_walls(void **state)
+{
+    (void)state;
+    const double h = 0.0021, u0 = 0.37;
+    mac_param p = box(6, 1, 5, 0.07, h, 0.06);
+    all_sides(&p, MAC_CYCLIC, MAC_FREE);
+    p.side[2].normal = p.side[3].normal = MAC_PRESCRIBED;
+    p.side[2].tangent = p.side[3].tangent = MAC_FIXED;
+    p.mu = 0.0137;
+    mac *m = mac_new(&p);
+    assert_non_null(m);
+    double U[30][3] = {{0}}, convective, viscous;
+    for (int c = 0; c < 30; c++) U[c][0] = u0;
+    mac_start(m, (const double(*)[3])U);
+    mac_limits(m, &convective, &viscous);
+    const double exact = h * h * m->param.rho / (2 * p.mu); /* beyond it the layer oscillates up */
+    print_message("layer between walls: viscous limit %.4e s, growth beyond %.4e s\n", viscous,
+                  exact);
+    assert_true(viscous < exact);
+    for (int i = 0; i < 100; i++) step(m, 0.99 * viscous);
+    assert_true(fabs(m->u[0][mac_at(&m->grid, 3, 1, 3)]) < 1e-9 * u0);
+    mac_free(m);
+}
+
 /* ---- lid-driven cavity ----------------------------------------------------------------------- */
 
 static int read_profile(const char *name, double (*row)[2], int most)
@@ -261,6 +289,7 @@ int main(void)
         cmocka_unit_test(poiseuille),
         cmocka_unit_test(couette),
         cmocka_unit_test(taylor_green_vortices),
+        cmocka_unit_test(layer_between_walls),
         cmocka_unit_test(lid_driven_cavity),
         cmocka_unit_test(hydrostatics),
     };

@@ -252,11 +252,19 @@ int mac_step(mac *m, double dt)
     return m->report.courant < 0 ? -1 : 0;
 }
 
+/* A single layer of cells feels viscosity where a side holds the tangential velocity. */
+static int sheared(const mac_param *p, int d)
+{
+    for (int s = 2 * d; s <= 2 * d + 1; s++)
+        if (p->side[s].normal != MAC_CYCLIC && p->side[s].tangent != MAC_FREE) return 1;
+    return 0;
+}
+
 double mac_viscous_limit(const mac_param *param)
 {
     double stiff = 0;
     for (int d = 0; d < 3; d++)
-        if (param->n[d] > 1) stiff += 1 / (param->h[d] * param->h[d]);
+        if (param->n[d] > 1 || sheared(param, d)) stiff += 1 / (param->h[d] * param->h[d]);
     /* rho / (2 mu sum h^-2), half of it because of the transposed gradient */
     return param->mu > 0 && stiff > 0 ? param->rho / (4 * param->mu * stiff) : INFINITY;
 }
