@@ -5,7 +5,8 @@
 # Same mesh, flow step 2e-5 s, Hertz's law (E 1e8 Pa, nu .35), same tolerances, same number of DEM
 # sub-steps (DPMFoam's own count, which the others are given). felmiFoam fluidises the bed for .2 s;
 # from that state, particles with their velocities and the air, felmiFoam and DPMFoam take the same
-# steps. felmiMAC starts from the same positions at rest. Times are CPU seconds of one process.
+# steps. felmiMAC starts from the same positions at rest. DPMFoam's and felmiFoam's times are CPU
+# seconds of one process, the parts of a step and felmiMAC's sum are wall clock.
 #
 #     goldschmidt.sh [BUILD_FOLDER [STEPS]]
 set -e
@@ -18,7 +19,8 @@ start=0.2 deltaT=2e-5
 for program in felmiFoam DPMFoam blockMesh; do
     command -v $program >/dev/null || { echo "no $program here: skipped"; exit 77; }
 done
-example=$(ls -d "${FOAM_TUTORIALS:-/usr/share/doc/openfoam-examples/examples}"/lagrangian/DPMFoam/Goldschmidt)
+example=${FOAM_TUTORIALS:-/usr/share/doc/openfoam-examples/examples}/lagrangian/DPMFoam/Goldschmidt
+[ -d "$example" ] || { echo "no $example (package openfoam-examples): skipped"; exit 77; }
 
 work=$build/bench/goldschmidt
 rm -rf "$work"
@@ -218,5 +220,4 @@ if os.path.exists("mac/log.felmiMAC"):
     parts = shares("mac/log.felmiMAC")
     print(f"felmiMAC  {sum(parts):8.1f} ms a step (dem %.1f map %.1f drag %.1f fluid %.1f)" % tuple(parts))
 print(f"felmiFoam is {dpm / foam:.1f} times as fast as DPMFoam")
-sys.exit(dpm / foam < 6)
 END
