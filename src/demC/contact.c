@@ -3,7 +3,7 @@
  * contact.c - history of touching pairs, carried over rebuilds and sorting.
  *
  * Matching goes through the permutation of the sort: the pair (i, j) becomes (place[i], place[j]);
- * its row is a handful of entries long and is searched from the front. Where the order within a
+ * then looked up in its row. Where the order within a
  * pair swaps, the spring, a force on the first of the two, changes sign.
  */
 #include "contact.h"
@@ -79,8 +79,7 @@ dem_status contacts_restore(contacts *c, const neighbour *list, size_t n)
             j = swap;
             sign = -1;
         }
-        size_t k = list->row[i];
-        while (k < list->row[i + 1] && (list->entry[k] & NEIGHBOUR_MASK) != j) k++;
+        size_t k = neighbour_find(list, i, j);
         if (k == list->row[i + 1]) continue;
         for (int a = 0; a < 3; a++) c->spring[k][a] = sign * old->spring[a];
         c->spring[k][3] = old->spring[3];

@@ -22,6 +22,7 @@
 #include "report.h"
 #include "snapshot.h"
 
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -223,11 +224,25 @@ static dem_status check_ids(dem_sim *sim, size_t n, const int64_t *id)
                : fail(sim, DEM_BAD_ARGUMENT, "particle id %lld is given twice", (long long)twice);
 }
 
+/* The radius that half of the particles, present and new, do not exceed. */
+static dem_status median_of(dem_sim *sim, size_t n, const double *radius, double *median)
+{
+    const particles *p = &sim->particles;
+    double *all = malloc((p->n + n) * sizeof *all);
+    if (!all) return no_memory(sim);
+    if (p->n) memcpy(all, p->radius, p->n * sizeof *all);
+    memcpy(all + p->n, radius, n * sizeof *all);
+    *median = gsl_stats_median(all, 1, p->n + n);
+    free(all);
+    return DEM_OK;
+}
+
 /* Smallest and largest particles, and whether all are alike. */
 static void take_stock(dem_sim *sim)
 {
     const particles *p = &sim->particles;
     sim->largest_radius = sim->speed = 0;
+    sim->smallest_any = p->n ? p->radius[0] : 0;
     sim->uniform = 1;
     for (int a = 0; a < sim->n_material; a++)
         sim->smallest_mass[a] = sim->smallest_radius[a] = INFINITY;
@@ -236,6 +251,7 @@ static void take_stock(dem_sim *sim)
         double r = p->radius[i];
         const double *v = p->vel[i];
         sim->largest_radius = fmax(sim->largest_radius, r);
+        sim->smallest_any = fmin(sim->smallest_any, r);
         sim->smallest_radius[m] = fmin(sim->smallest_radius[m], r);
         sim->smallest_mass[m] = fmin(sim->smallest_mass[m], p->mass[i]);
         sim->uniform &= m == p->material[0] && r == p->radius[0] && p->mass[i] == p->mass[0];
@@ -261,8 +277,10 @@ dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*
                     (unsigned)NEIGHBOUR_MASK);
     dem_status status = check_range(sim, largest);
     if (!status && id) status = check_ids(sim, n, id);
-    double overlap;
+    double overlap = 0;
     if (!status) status = check_overlaps(sim, n, x, radius, &overlap);
+    double median = 0;
+    if (!status) status = median_of(sim, n, radius, &median);
     if (status) return status;
     if (particles_reserve(p, p->n + n)) return no_memory(sim);
     /* Histories refer to places in the list as it is. */
@@ -274,6 +292,7 @@ dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*
     }
     sim->list.valid = 0;
     sim->overlap = overlap;
+    sim->median_radius = median;
     take_stock(sim);
     particles_publish(p, sim->lo, sim->hi, sim->periodic);
     return DEM_OK;
@@ -328,8 +347,12 @@ static dem_status rebuild(dem_sim *sim)
     if (status) return status;
     /* After dem_add the histories are saved already, and the list no longer fits. */
     if (list->valid && contacts_save(&sim->contacts, list, p->n)) return no_memory(sim);
-    list->skin = sim->skin * 2 * sim->largest_radius;
-    if (neighbour_sort(list, p, 2 * sim->largest_radius + list->skin) || neighbour_fill(list, p) ||
+    /* With the largest radius for the skin or the cells, one large sphere would have crowds of
+     * small ones in each other's lists. */
+    int uneven = sim->largest_radius > 2 * sim->smallest_any;
+    double radius = uneven ? sim->median_radius : sim->largest_radius;
+    list->skin = sim->skin * 2 * sim->median_radius;
+    if (neighbour_sort(list, p, 2 * radius + list->skin) || neighbour_fill(list, p, uneven) ||
         contacts_restore(&sim->contacts, list, p->n) ||
         walls_list(&sim->walls, p, .5 * list->skin, list->place))
         return no_memory(sim);

@@ -140,7 +140,7 @@ typedef struct dem_param {
     double steps_per_period; /* Omega of the DEM time step, default 20 */
     double time_step;        /* largest DEM step, s; 0: from steps_per_period alone */
     double impact_speed;     /* m/s, floor of the speed that sets Hertz's contact time; 0: none */
-    double skin;             /* Verlet skin / largest diameter, default .15; > 0 */
+    double skin;             /* Verlet skin / median diameter, default .15; > 0 */
 } dem_param;
 
 dem_param dem_param_default(void);

@@ -33,7 +33,7 @@ struct dem_sim {
     walls walls;
     int owns_shapes; /* set when dem_new has succeeded */
 
-    double largest_radius;
+    double smallest_any, median_radius, largest_radius; /* m; 0 without particles */
     double *smallest_mass, *smallest_radius; /* [n_material], infinite without particles */
     int uniform;                             /* one material, radius and mass */
     double speed;                            /* no particle is faster, m/s */

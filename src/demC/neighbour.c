@@ -2,12 +2,18 @@
 /**
  * neighbour.c - linked cells and the Verlet list of pairs that may touch before the next rebuild.
  *
- * Cells are as wide as the range, 2 r_max + skin, or wider where the domain is nearly empty. Cells
+ * Equal spheres: cells are as wide as the range, 2 r_max + skin, or wider where the domain is
+ * nearly empty. Cells
  * are numbered with x fastest and a pair of cells is visited from the lower one, so that all
  * candidates of a row are particles behind it in memory. Verlet, Phys. Rev. 159 (1967) 98,
  * doi:10.1103/PhysRev.159.98; Hockney & Eastwood, Computer Simulation Using Particles (1988) ch. 8.
+ *
+ * Many sizes: levels.h finds the pairs in an order of its own; two stable counting sorts, by j and
+ * then by i, put them into rows.
  */
 #include "neighbour.h"
+
+#include "levels.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -41,6 +47,7 @@ void neighbour_free(neighbour *list)
     free(list->place);
     free(list->row);
     free(list->entry);
+    free(list->pair);
     memset(list, 0, sizeof *list);
 }
 
@@ -229,7 +236,17 @@ static size_t fill_row(neighbour *list, const particles *p, size_t i, range r, s
     return at;
 }
 
-dem_status neighbour_fill(neighbour *list, particles *p)
+/* Room for `need` entries. */
+static dem_status reserve_entries(neighbour *list, size_t need)
+{
+    if (need <= list->entry_capacity) return DEM_OK;
+    size_t room = need + need / 2;
+    if (!grow(&list->entry, room * sizeof *list->entry)) return DEM_NO_MEMORY;
+    list->entry_capacity = room;
+    return DEM_OK;
+}
+
+static dem_status fill_even(neighbour *list, const particles *p)
 {
     size_t at = 0;
     range r[27];
@@ -240,11 +257,8 @@ dem_status neighbour_fill(neighbour *list, particles *p)
         size_t most = 0;
         for (int k = 0; k < n; k++) most += r[k].end - r[k].begin;
         size_t need = at + most * (end - begin) + NEIGHBOUR_SPARE;
-        if (need > list->entry_capacity) {
-            size_t room = need + need / 2;
-            if (!grow(&list->entry, room * sizeof *list->entry)) return DEM_NO_MEMORY;
-            list->entry_capacity = room;
-        }
+        if (reserve_entries(list, need)) return DEM_NO_MEMORY;
+        list->checks += most * (end - begin);
         for (uint32_t i = begin; i < end; i++) {
             list->row[i] = at;
             /* The first range begins with the cell itself: only what comes after i counts. */
@@ -256,6 +270,103 @@ dem_status neighbour_fill(neighbour *list, particles *p)
         }
     }
     list->row[p->n] = at;
+    return DEM_OK;
+}
+
+/* ---- many sizes ------------------------------------------------------------------------------ */
+
+typedef struct finding {
+    neighbour *list;
+    const particles *p;
+    size_t n; /* pairs so far */
+} finding;
+
+/* The lower index of a pair goes first, the other as an entry of its row. */
+static int keep_pair(void *context, uint32_t i, uint32_t j, const double d[3], double d2)
+{
+    (void)d;
+    (void)d2;
+    finding *f = context;
+    neighbour *list = f->list;
+    if (f->n == list->pair_capacity) {
+        size_t room = 2 * f->n + 1024;
+        if (!grow(&list->pair, room * sizeof *list->pair)) return DEM_NO_MEMORY;
+        list->pair_capacity = room;
+    }
+    const double *low = f->p->pos[i < j ? i : j], *high = f->p->pos[i < j ? j : i];
+    double apart[3] = {low[0] - high[0], low[1] - high[1], low[2] - high[2]};
+    uint32_t image = list->any_periodic ? nearest_image(list, apart) : 0;
+    list->pair[f->n][0] = i < j ? i : j;
+    list->pair[f->n++][1] = (i < j ? j : i) | image << NEIGHBOUR_BITS;
+    return DEM_OK;
+}
+
+/* row[k]: where the pairs with k = key & NEIGHBOUR_MASK begin after a stable sort by that key. */
+static void count_pairs(neighbour *list, size_t n, size_t pairs, int key)
+{
+    memset(list->row, 0, (n + 1) * sizeof *list->row);
+    for (size_t k = 0; k < pairs; k++) list->row[(list->pair[k][key] & NEIGHBOUR_MASK) + 1]++;
+    for (size_t i = 0; i < n; i++) list->row[i + 1] += list->row[i];
+}
+
+static dem_status pairs_to_rows(neighbour *list, size_t n, size_t pairs)
+{
+    uint32_t(*by_j)[2] = malloc((pairs + 1) * sizeof *by_j);
+    if (!by_j || reserve_entries(list, pairs + NEIGHBOUR_SPARE)) {
+        free(by_j);
+        return DEM_NO_MEMORY;
+    }
+    count_pairs(list, n, pairs, 1);
+    for (size_t k = 0; k < pairs; k++)
+        memcpy(by_j[list->row[list->pair[k][1] & NEIGHBOUR_MASK]++], list->pair[k], sizeof *by_j);
+    count_pairs(list, n, pairs, 0);
+    for (size_t k = 0; k < pairs; k++) list->entry[list->row[by_j[k][0]]++] = by_j[k][1];
+    /* Each begin has run on to its end, the begin of the next row. */
+    memmove(list->row + 1, list->row, n * sizeof *list->row);
+    list->row[0] = 0;
+    free(by_j);
+    return DEM_OK;
+}
+
+static dem_status fill_uneven(neighbour *list, const particles *p)
+{
+    levels g;
+    dem_status status = levels_init(&g, list->lo, list->hi, list->periodic, p->n,
+                                    (const double(*)[4])p->pos, list->skin);
+    if (status) return status;
+    finding f = {list, p, 0};
+    for (size_t i = 0; i < p->n && !status; i++)
+        status = (dem_status)levels_partners(&g, (uint32_t)i, keep_pair, &f);
+    list->checks = g.checks;
+    levels_free(&g);
+    return status ? status : pairs_to_rows(list, p->n, f.n);
+}
+
+size_t neighbour_find(const neighbour *list, uint32_t i, uint32_t j)
+{
+    size_t k = list->row[i], end = list->row[i + 1];
+    if (!list->ascending) {
+        while (k < end && (list->entry[k] & NEIGHBOUR_MASK) != j) k++;
+        return k;
+    }
+    /* The row of a large sphere is long: halve it. */
+    for (size_t behind = end; k < behind;) {
+        size_t middle = k + (behind - k) / 2;
+        if ((list->entry[middle] & NEIGHBOUR_MASK) < j)
+            k = middle + 1;
+        else
+            behind = middle;
+    }
+    return k < end && (list->entry[k] & NEIGHBOUR_MASK) == j ? k : end;
+}
+
+dem_status neighbour_fill(neighbour *list, particles *p, int uneven)
+{
+    list->checks = 0;
+    list->ascending = uneven;
+    dem_status status = uneven ? fill_uneven(list, p) : fill_even(list, p);
+    if (status) return status;
+    size_t at = list->row[p->n];
     if (list->entry) memset(list->entry + at, 0, NEIGHBOUR_SPARE * sizeof *list->entry);
     if (p->n) memcpy(p->built, p->pos, p->n * sizeof *p->pos);
     list->moved = 0;

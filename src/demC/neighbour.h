@@ -8,6 +8,9 @@
  * positions and ids alone, never on the order in which particles came in. The list holds until
  * some particle has moved by skin/2.
  *
+ * Sizes within a factor of two share one grid of cells; else the grids of levels.h find the pairs,
+ * so that the cost of a rebuild is linear in the number of particles whatever their sizes.
+ *
  * In periodic directions an entry also names the image of j: positions are wrapped only when the
  * list is built, so the shift is a constant of the entry. Refused: a periodic box shorter than
  * twice the range, where a pair could touch twice.
@@ -41,14 +44,21 @@ typedef struct neighbour {
     size_t row_capacity;
     uint32_t *entry; /* [row[n]] */
     size_t entry_capacity;
+    uint32_t (*pair)[2]; /* of particles of many sizes, before they are put into rows */
+    size_t pair_capacity;
+    int ascending; /* the entries of a row are sorted by j */
+    size_t checks; /* distances computed for the list */
 } neighbour;
 
 void neighbour_init(neighbour *list, const double lo[3], const double hi[3], const int periodic[3]);
 void neighbour_free(neighbour *list);
 /* Sort particles by (cell, id); list->place[old] is then the new index. Positions are wrapped. */
 dem_status neighbour_sort(neighbour *list, particles *p, double range);
-/* Fill the rows for sorted particles. */
-dem_status neighbour_fill(neighbour *list, particles *p);
+/* Fill the rows for sorted particles; uneven: their radii differ by more than a factor of two, and
+ * the range of the sort may be less than the largest of a pair. */
+dem_status neighbour_fill(neighbour *list, particles *p, int uneven);
+/* The place of the pair (i, j), i < j, among the entries; row[i + 1] if it is not in the list. */
+size_t neighbour_find(const neighbour *list, uint32_t i, uint32_t j);
 /* Nonzero if no particle has moved by skin/2; call with the largest speed of the coming step. */
 int neighbour_holds(neighbour *list, const particles *p, double speed_dt);
 

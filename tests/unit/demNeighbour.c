@@ -18,6 +18,8 @@ typedef struct crowd {
     int64_t id[MANY];
 } crowd;
 
+enum { MIXED, EQUAL, DUST }; /* radii R to .3 R, R alone, R to R/20, each factor as frequent */
+
 /* Nearer than nine tenths of touching nobody is placed. */
 static int crowded(const crowd *c, size_t i, const double lo[3], const double hi[3])
 {
@@ -35,14 +37,17 @@ static int crowded(const crowd *c, size_t i, const double lo[3], const double hi
 }
 
 static void make_crowd(crowd *c, unsigned seed, size_t n, const double lo[3], const double hi[3],
-                       double R, double speed, int uniform)
+                       double R, double speed, int sizes)
 {
     c->n = n;
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
     gsl_rng_set(rng, seed);
     for (size_t i = 0; i < n; i++) {
-        c->radius[i] = uniform ? R : R * (.3 + .7 * gsl_rng_uniform(rng));
-        c->material[i] = uniform ? 0 : (int)gsl_rng_uniform_int(rng, 2);
+        /* the large ones first, while there is room */
+        c->radius[i] = sizes == EQUAL   ? R
+                       : sizes == MIXED ? R * (.3 + .7 * gsl_rng_uniform(rng))
+                                        : R * pow(20, -(double)i / (double)(n - 1));
+        c->material[i] = sizes == EQUAL ? 0 : (int)gsl_rng_uniform_int(rng, 2);
         c->id[i] = 7 * (int64_t)i + 3;
         do
             for (int a = 0; a < 3; a++) {
@@ -122,10 +127,12 @@ static int64_t check_step(rig *r, double side, double k, double size)
 }
 
 /* Elastic and smooth, so that the force follows from the positions. */
-static void compare(double box, int periodic_mask, int uniform, double skin)
+static void compare(double box, int periodic_mask, int sizes, double skin)
 {
     rig r;
-    const double R = 1e-3, k = 700, side = .5 * box * R;
+    /* The smallest are to be pushed away within some steps, the largest not to pass each other. */
+    const double R = 1e-3, k = sizes == DUST ? 1 : 700, side = .5 * box * R;
+    const double speed = sizes == DUST ? .2 : 1;
     rig_init(&r, DEM_LINEAR, side);
     rig_pairs(&r, 1, 0, k, 1);
     r.param.skin = skin;
@@ -138,8 +145,8 @@ static void compare(double box, int periodic_mask, int uniform, double skin)
         lo[a] = -hi[a];
         room *= (hi[a] - lo[a]) / R;
     }
-    double fill = .3 * room / (4. / 3 * M_PI);
-    make_crowd(&c, 11, fill < MANY ? (size_t)fill : MANY, lo, hi, R, 1, uniform);
+    double fill = sizes == DUST ? MANY : .3 * room / (4. / 3 * M_PI);
+    make_crowd(&c, 11, fill < MANY ? (size_t)fill : MANY, lo, hi, R, speed, sizes);
     add_crowd(&r, &c);
     int64_t most = 0;
     for (int s = 0; s < 120; s++) {
@@ -154,13 +161,16 @@ static void compare(double box, int periodic_mask, int uniform, double skin)
 static void against_brute_force(void **state)
 {
     (void)state;
-    for (int uniform = 0; uniform < 2; uniform++)
-        for (int mask = 0; mask < 8; mask++) compare(16, mask, uniform, .15);
+    for (int mask = 0; mask < 8; mask++) {
+        compare(16, mask, MIXED, .15);
+        compare(16, mask, EQUAL, .15);
+        compare(9, mask, DUST, .15);
+    }
     /* Periodic boxes with three, with two and with hardly two cells. */
-    compare(7.5, 7, 1, .15);
-    compare(4.61, 7, 1, .15);
-    compare(4.61, 7, 0, .15);
-    compare(5.3, 5, 0, .3);
+    compare(7.5, 7, EQUAL, .15);
+    compare(4.61, 7, EQUAL, .15);
+    compare(4.61, 7, MIXED, .15);
+    compare(5.3, 5, MIXED, .3);
 }
 
 static void small_periodic_box_is_refused(void **state)
