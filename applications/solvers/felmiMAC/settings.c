@@ -173,23 +173,27 @@ void mac_time_name(const mac_case *c, double time, char *name, size_t size)
 
 static void check_time(mac_case *c, case_errors *errors)
 {
-    const case_control *control = &c->control;
-    const double step = fmin(control->delta_t, control->max_delta_t);
-    const double viscous = mac_viscous_limit(&c->flow);
-    mac_time_name(c, control->start_time, c->start, sizeof c->start);
-    /* a fixed step beyond the viscous limit cannot work */
-    if (!control->adjust_time_step && step > viscous)
-        case_error(
-            errors, "system/controlDict", 0,
-            "deltaT: %g s is too much for felmiMAC: the explicit viscous term is stable only up "
-            "to %g s on this mesh; accepted: a smaller deltaT, or adjustTimeStep yes",
-            step, viscous);
+    mac_time_name(c, c->control.start_time, c->start, sizeof c->start);
     if (c->particles && c->control.start_time != 0)
         case_error(
             errors, "system/controlDict", 0,
             "startTime: found %g; a run with particles can only start at 0 as yet; accepted: "
             "startFrom startTime; startTime 0;",
             c->control.start_time);
+}
+
+/* A fixed step beyond the viscous limit cannot work. The conditions must be known before. */
+static void check_step(const mac_case *c, case_errors *errors)
+{
+    const case_control *control = &c->control;
+    const double step = fmin(control->delta_t, control->max_delta_t);
+    const double viscous = mac_viscous_limit(&c->flow);
+    if (!control->adjust_time_step && step > viscous)
+        case_error(
+            errors, "system/controlDict", 0,
+            "deltaT: %g s is too much for felmiMAC: the explicit viscous term is stable only up "
+            "to %g s on this mesh; accepted: a smaller deltaT, or adjustTimeStep yes",
+            step, viscous);
 }
 
 void mac_case_read(const char *directory, mac_case *c, case_errors *errors)
@@ -219,6 +223,7 @@ void mac_case_read(const char *directory, mac_case *c, case_errors *errors)
     read_particles(c, errors);
     check_time(c, errors);
     mac_read_conditions(c, errors);
+    check_step(c, errors);
 }
 
 void mac_case_free(mac_case *c, int shapes)
