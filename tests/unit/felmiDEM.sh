@@ -4,25 +4,12 @@
 here=$(cd "$(dirname "$0")/../.." && pwd)
 export FELMI_DIR=$here FELMI_BUILD=$1
 . "$here/etc/bashrc"
+. "$here/tests/functions"
 work=$1/unit/felmiDEM
 rm -rf "$work"
 mkdir -p "$work"
 cd "$work" || exit 1
 bad=0
-
-# expect STATUS TEXT COMMAND...: exit status and a text in what it prints
-expect()
-{
-    local status=$1 text=$2 output
-    shift 2
-    output=$("$@" 2>&1)
-    local got=$?
-    if [ $got != "$status" ] || ! grep -qF -- "$text" <<<"$output"; then
-        echo "$*: status $got, expected $status; '$text' expected in:"
-        tail -n 5 <<<"$output"
-        bad=1
-    fi
-}
 
 # fresh: a short case
 fresh()

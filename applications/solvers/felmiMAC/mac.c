@@ -215,8 +215,9 @@ static void carrying_flux(mac *m)
     }
 }
 
-/* The Courant number, or -1 with the message set when a velocity is not finite. */
-static double courant(mac *m, double dt)
+/* Largest number of cells crossed per second, sum over d of |u_d|/h_d; not finite where a velocity
+ * is not, then at cell[3]. */
+static double crossing_rate(const mac *m, int cell[3])
 {
     const mac_grid *g = &m->grid;
     double largest = 0;
@@ -228,14 +229,25 @@ static double courant(mac *m, double dt)
                 for (int d = 0; d < 3; d++)
                     sum += fmax(fabs(m->u[d][q]), fabs(m->u[d][q + g->stride[d]])) / g->h[d];
                 if (!isfinite(sum)) {
-                    snprintf(m->message, sizeof m->message,
-                             "the velocity in cell (%d %d %d) is not finite: (%g %g %g)", i - 1,
-                             j - 1, k - 1, m->u[0][q], m->u[1][q], m->u[2][q]);
-                    return -1;
+                    cell[0] = i, cell[1] = j, cell[2] = k;
+                    return sum;
                 }
                 if (sum > largest) largest = sum;
             }
-    return largest * dt;
+    return largest;
+}
+
+/* The Courant number, or -1 with the message set when a velocity is not finite. */
+static double courant(mac *m, double dt)
+{
+    int c[3];
+    double rate = crossing_rate(m, c);
+    if (isfinite(rate)) return rate * dt;
+    size_t q = mac_at(&m->grid, c[0], c[1], c[2]);
+    snprintf(m->message, sizeof m->message,
+             "the velocity in cell (%d %d %d) is not finite: (%g %g %g)", c[0] - 1, c[1] - 1,
+             c[2] - 1, m->u[0][q], m->u[1][q], m->u[2][q]);
+    return -1;
 }
 
 int mac_step(mac *m, double dt)
@@ -271,18 +283,9 @@ double mac_viscous_limit(const mac_param *param)
 
 void mac_limits(const mac *m, double *convective, double *viscous)
 {
-    const mac_grid *g = &m->grid;
-    double fastest = 0;
-    for (int k = 1; k <= g->n[2]; k++)
-        for (int j = 1; j <= g->n[1]; j++)
-            for (int i = 1; i <= g->n[0]; i++) {
-                size_t q = mac_at(g, i, j, k);
-                double sum = 0;
-                for (int d = 0; d < 3; d++)
-                    sum += fmax(fabs(m->u[d][q]), fabs(m->u[d][q + g->stride[d]])) / g->h[d];
-                if (sum > fastest) fastest = sum;
-            }
-    *convective = fastest > 0 ? 1 / fastest : INFINITY;
+    int cell[3];
+    double rate = crossing_rate(m, cell);
+    *convective = rate > 0 ? 1 / rate : INFINITY;
     *viscous = mac_viscous_limit(&m->param);
 }
 
