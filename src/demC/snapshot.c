@@ -351,7 +351,10 @@ dem_status snapshot_write(MPI_Comm comm, const dem_view *view, const dem_materia
     if (agree(&w)) {
         write_file(&w);
         if (agree(&w) && w.rank == 0) publish(&w, directory, name);
-        if (!agree(&w) && w.rank == 0) unlink(w.part);
+        if (!agree(&w)) {
+            if (w.rank == 0) unlink(w.part);
+            MPI_Barrier(comm); /* no rank finds the remains */
+        }
     }
     H5Eset_auto2(H5E_DEFAULT, printer, context);
     free(w.scratch);

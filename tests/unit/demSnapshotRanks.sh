@@ -4,6 +4,8 @@
 set -e
 program="${1:?build directory}/tests/unit_demSnapshot"
 command -v mpirun >/dev/null || exit 77
+# A failure on one rank must end the others, which wait for it: abort, and mpirun does the rest.
+export CMOCKA_TEST_ABORT=1
 for ranks in 2 3; do
     mpirun --oversubscribe -n "$ranks" "$program"
 done
