@@ -37,7 +37,8 @@ static inline void rig_init(rig *r, dem_law law, double half_width)
     strcpy(r->material[0].name, "grain");
     strcpy(r->material[1].name, "steel");
     r->material[0].density = r->material[1].density = 2500;
-    for (int p = 0; p < 4; p++) r->pair[p] = (dem_pair){1, 0, 1000, 1};
+    for (int p = 0; p < 4; p++)
+        r->pair[p] = (dem_pair){.restitution = 1, .stiffness = 1000, .stiffness_ratio = 1};
 }
 
 /* The wall's Young's modulus is so large that it does not yield. */
@@ -53,7 +54,9 @@ static inline void rig_hertz(rig *r, double E, double nu, double density)
 
 static inline void rig_pairs(rig *r, double e, double mu, double k, double ratio)
 {
-    for (int p = 0; p < 4; p++) r->pair[p] = (dem_pair){e, mu, k, ratio};
+    for (int p = 0; p < 4; p++)
+        r->pair[p] =
+            (dem_pair){.restitution = e, .friction = mu, .stiffness = k, .stiffness_ratio = ratio};
 }
 
 static inline void rig_floor(rig *r)

@@ -181,7 +181,8 @@ void read_contacts(particle_reader *reader)
         if (!line[ab] && first < n * n)
             table[ab] = table[first];
         else if (!line[ab])
-            table[ab] = (dem_pair){1, 0, 1, 1}; /* nothing can meet */
+            table[ab] = (dem_pair){
+                .restitution = 1, .stiffness = 1, .stiffness_ratio = 1}; /* nothing can meet */
     }
     param->pair = table;
 }

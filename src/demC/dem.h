@@ -65,6 +65,41 @@ dem_sdf *dem_sdf_cone(const double p0[3], const double p1[3], double r0, double 
                       int inside);
 void dem_sdf_free(dem_sdf *sdf);
 
+/* Shapes of shapes. They take possession of their members, also when they return NULL (out of
+ * memory, no member, a member that is NULL). The solid of a union is that of any member, the solid
+ * of an intersection that of all; the complement turns solid and free space about. A member of a
+ * union is felt where its surface is bare, with contacts of its own, so that a particle in the
+ * corner between two members touches both. */
+dem_sdf *dem_sdf_union(size_t n, dem_sdf *const *member);
+dem_sdf *dem_sdf_intersection(size_t n, dem_sdf *const *member);
+dem_sdf *dem_sdf_complement(dem_sdf *member);
+/* The member scaled about the origin (> 0), then turned by `angle` (rad) about the axis through the
+ * origin, then shifted by `translation` (m). axis may be anything when the angle is 0. */
+dem_sdf *dem_sdf_transform(dem_sdf *member, double scale, const double axis[3], double angle,
+                           const double translation[3]);
+
+/* A surface of triangles from an STL file, ASCII or binary. */
+typedef struct dem_stl {
+    const char *path;
+    double scale;         /* of the file's numbers to m, > 0; default 1 */
+    int inside;           /* particles live within the surface */
+    int mend;             /* nonzero: a surface that is not closed is accepted and the side told by
+                             the winding number; else it is refused */
+    double spacing;       /* of the samples, m; 0: a quarter of the smallest particle diameter */
+    double feature_angle; /* rad, (0, pi]: concave edges sharper than this part the surface into
+                             faces that are felt separately; default .7 (40 degrees) */
+} dem_stl;
+dem_stl dem_stl_default(void);
+/* Reads and checks the file. NULL in error, with the reason in `message` of `size` bytes: cannot be
+ * read, truncated, empty, zero-area triangles, not closed, not oriented. Not collective. Distances
+ * are exact, by search among the triangles, until dem_new samples the shapes of walls. */
+dem_sdf *dem_sdf_stl(const dem_stl *stl, char *message, size_t size);
+
+/* Box that holds the surface of the shape, m; infinite where the surface is. */
+void dem_sdf_bounds(const dem_sdf *sdf, double lo[3], double hi[3]);
+/* Bytes that the shape takes. */
+size_t dem_sdf_memory(const dem_sdf *sdf);
+
 int dem_sdf_parts(const dem_sdf *sdf);
 /* Signed distance (m) of part `part` at x, and its gradient. */
 double dem_sdf_eval(const dem_sdf *sdf, int part, const double x[3], double gradient[3]);
@@ -78,6 +113,18 @@ typedef enum dem_law {
     DEM_HERTZ   /* Hertz normal, Mindlin tangential force */
 } dem_law;
 
+/* Resistance to rolling; theory.md, "Rolling resistance". */
+typedef enum dem_rolling {
+    DEM_ROLLING_NONE,
+    DEM_ROLLING_CONSTANT, /* torque mu_r R_eff F_n against the relative spin */
+    DEM_ROLLING_EPSD      /* elastic-plastic spring and dashpot (Ai et al. 2011) */
+} dem_rolling;
+
+typedef enum dem_cohesion {
+    DEM_COHESION_NONE,
+    DEM_COHESION_SJKR /* attraction = cohesion energy density * contact area */
+} dem_cohesion;
+
 typedef struct dem_material {
     char name[DEM_NAME];
     double density;        /* kg/m3, > 0 */
@@ -87,17 +134,83 @@ typedef struct dem_material {
 
 /* What two materials do to each other. */
 typedef struct dem_pair {
-    double restitution;     /* -, (0, 1] */
-    double friction;        /* -, >= 0 */
-    double stiffness;       /* normal spring of the contact, N/m, > 0 with DEM_LINEAR */
-    double stiffness_ratio; /* tangential to normal spring with DEM_LINEAR, > 0, default 1 */
+    double restitution;      /* -, (0, 1] */
+    double friction;         /* -, >= 0 */
+    double stiffness;        /* normal spring of the contact, N/m, > 0 with DEM_LINEAR */
+    double stiffness_ratio;  /* tangential to normal spring with DEM_LINEAR, > 0, default 1 */
+    double rolling_friction; /* mu_r, -, >= 0 */
+    double rolling_damping;  /* EPSD: share of critical damping, -, >= 0 */
+    double cohesion;         /* SJKR: cohesion energy density, J/m3, >= 0 */
 } dem_pair;
+
+/* ---- motion of walls ------------------------------------------------------------------------- */
+
+typedef enum dem_motion_kind {
+    DEM_TRANSLATION, /* with the velocity `vector` */
+    DEM_ROTATION,    /* about the axis `vector` through `origin` at `rate` */
+    DEM_OSCILLATION, /* shift vector sin(2 pi frequency t + phase) */
+    DEM_ROCKING,     /* angle `amplitude` sin(2 pi frequency t + phase) about the axis */
+    DEM_TABLE        /* shift and rotation vector (rad, about `origin`) by cubic splines in time */
+} dem_motion_kind;
+
+/* A rigid motion. It is at rest before `begin`, with the place of that moment, and after `end`. t
+ * is the time since `begin`. Place and velocity are functions of time alone. */
+typedef struct dem_motion {
+    dem_motion_kind kind;
+    double begin, end;        /* s */
+    double ramp;              /* s, >= 0: the speed of TRANSLATION, ROTATION grows evenly to its
+                                 full value */
+    double vector[3];         /* m/s, m, or axis */
+    double origin[3];         /* m, where the wall is before it moves */
+    double rate;              /* rad/s */
+    double amplitude;         /* rad */
+    double frequency, phase;  /* Hz, rad */
+    size_t n;                 /* TABLE: rows, >= 2 */
+    const double *time;       /* [n], s, increasing; before and after: at rest */
+    const double (*shift)[3]; /* [n], m, or NULL: none */
+    const double (*turn)[3];  /* [n], rad, or NULL: none */
+} dem_motion;
+dem_motion dem_motion_default(void);
 
 typedef struct dem_wall {
     char name[DEM_NAME];
     dem_sdf *shape; /* owned by the simulation once dem_new has returned DEM_OK */
     int material;
+    size_t n_motion;
+    const dem_motion *motion; /* [n_motion], applied one after the other; copied */
+    double centre[3];         /* of the torque on the wall, m; moves with it */
 } dem_wall;
+
+/* ---- sizes and species ----------------------------------------------------------------------- */
+
+typedef enum dem_size_kind {
+    DEM_SIZE_EQUAL,         /* `mean` */
+    DEM_SIZE_UNIFORM,       /* between `lo` and `hi` */
+    DEM_SIZE_NORMAL,        /* `mean`, `deviation` */
+    DEM_SIZE_LOGNORMAL,     /* median `mean`, `deviation` of ln d */
+    DEM_SIZE_ROSIN_RAMMLER, /* share below d: 1 - exp(-(d/mean)^exponent) */
+    DEM_SIZE_TABLE          /* share below diameter[i] is cumulative[i], straight in between */
+} dem_size_kind;
+
+/* A distribution of diameters, of the number of particles or of their mass. */
+typedef struct dem_size {
+    dem_size_kind kind;
+    int by_mass;
+    double mean;      /* m */
+    double deviation; /* m; LOGNORMAL: - */
+    double exponent;
+    double lo, hi; /* m; the distribution is cut off there and normalised again; 0 < lo < hi, both
+                      0: not cut off, which NORMAL and ROSIN_RAMMLER do not allow */
+    size_t n;
+    const double *diameter, *cumulative; /* [n], increasing, cumulative from 0 to 1; copied */
+} dem_size;
+
+/* A kind of particle within an insertion or a feed. */
+typedef struct dem_species {
+    int material;
+    dem_size size;
+    double share; /* of the particles' mass or number; the shares need not add up to 1 */
+} dem_species;
 
 typedef enum dem_insertion_kind {
     DEM_INSERT_RANDOM,  /* random positions without overlap, `number` or `solid_fraction` */
@@ -119,11 +232,37 @@ typedef struct dem_insertion {
     const double (*x)[3];  /* LIST */
     int material;
     double diameter;            /* m */
+    size_t n_species;           /* RANDOM: > 0 overrides material and diameter */
+    const dem_species *species; /* [n_species]; copied */
+    int share_by_mass;          /* shares of mass, else of number */
     double velocity[3];         /* m/s */
     double velocity_spread;     /* m/s, standard deviation of each component (normal), >= 0 */
     double angular_velocity[3]; /* rad/s */
     uint64_t seed;
 } dem_insertion;
+
+/* Particles that enter during the run, at random free places of a region. */
+typedef struct dem_feeder {
+    char name[DEM_NAME];
+    dem_sdf *region;     /* as in dem_insertion; owned likewise */
+    double lo[3], hi[3]; /* m, box of the region */
+    size_t n_species;    /* >= 1 */
+    const dem_species *species;
+    int share_by_mass;
+    double mass_rate, number_rate; /* kg/s, 1/s; one is > 0, the other 0 */
+    double begin, end;             /* s */
+    double mass;                   /* kg in all, or INFINITY */
+    int64_t number;                /* particles in all, or -1: no limit */
+    double velocity[3], velocity_spread, angular_velocity[3];
+    uint64_t seed;
+} dem_feeder;
+
+/* A region that takes every particle whose centre gets into it. */
+typedef struct dem_outlet {
+    char name[DEM_NAME];
+    dem_sdf *region;   /* made with inside = 1; owned likewise */
+    double begin, end; /* s */
+} dem_outlet;
 
 typedef struct dem_param {
     double lo[3], hi[3]; /* domain, m; leaving it through a side not periodic is fatal */
@@ -137,6 +276,18 @@ typedef struct dem_param {
     const dem_wall *wall;
     size_t n_insertion;
     const dem_insertion *insertion;
+    size_t n_feeder;
+    const dem_feeder *feeder;
+    size_t n_outlet;
+    const dem_outlet *outlet;
+    dem_rolling rolling;
+    dem_cohesion cohesion;
+    int balance;           /* nonzero: keep the balance of energy and angular momentum */
+    const char *sdf_cache; /* directory that keeps sampled shapes, or NULL: none */
+    void (*progress)(void *context, const char *what, double done); /* of long work in dem_new,
+                                                                       done 0...1; or NULL */
+    void *progress_context;
+    double fixed_step;       /* s; > 0: the DEM step, refused where it is above a limit */
     double steps_per_period; /* Omega of the DEM time step, default 20 */
     double time_step;        /* largest DEM step, s; 0: from steps_per_period alone */
     double impact_speed;     /* m/s, floor of the speed that sets Hertz's contact time; 0: none */
@@ -213,11 +364,15 @@ typedef struct dem_limits {
                         max(2 * fastest, sqrt(|g| d), impact_speed, speed at which the largest
                         overlap present drives apart), or the Rayleigh limit if that is zero */
     double rayleigh; /* .2 of the Rayleigh time, DEM_HERTZ only; reported, not imposed */
+    double wall;     /* a tenth of the smallest radius at the speed of the fastest wall */
+    double skin;     /* half the skin at the speed of the fastest particle; reported, not imposed */
     double user;     /* param.time_step */
     double step;     /* the step the next dem_advance will not exceed */
 } dem_limits;
 
 dem_limits dem_time_limits(const dem_sim *sim);
+/* Contact and Rayleigh limit of materials a and b, s; infinite where none of them meet. */
+void dem_pair_limits(const dem_sim *sim, int a, int b, double *contact, double *rayleigh);
 
 /**
  * Advance by dt in equal sub-steps: `substeps` of them, or, for 0, as few as dem_time_limits
@@ -230,6 +385,22 @@ void dem_set_time(dem_sim *sim, double time);
 
 /* ---- what happened --------------------------------------------------------------------------- */
 
+/* Energies, J, kept when param.balance is set. Work and losses are sums since dem_new;
+ * kinetic + rotational + elastic - work - supply + losses stays what it was at the start, but for
+ * the error of the time integration. */
+typedef struct dem_energy {
+    double kinetic, rotational;
+    double elastic;  /* in normal, tangential and rolling springs, cohesion included */
+    double gravity;  /* work of gravity */
+    double outside;  /* work of the outside force */
+    double walls;    /* work of moving walls on particles */
+    double damping;  /* lost in dashpots, normal and tangential */
+    double sliding;  /* lost by friction */
+    double rolling;  /* lost by rolling resistance */
+    double supply;   /* brought by particles fed or added, less what left with others */
+    double residual; /* what the sum above is off by since the start */
+} dem_energy;
+
 /* Sums over all ranks, taken in the last dem_advance or at its end. */
 typedef struct dem_report {
     int64_t particles;
@@ -237,15 +408,23 @@ typedef struct dem_report {
     double step;      /* s, of a sub-step */
     int64_t contacts; /* between particles, touching at the end */
     int64_t wall_contacts;
-    double overlap;            /* largest overlap / radius of the smaller particle, - */
-    double speed;              /* largest, m/s */
-    double kinetic_energy;     /* translational, J */
-    double rotational_energy;  /* J */
-    double momentum[3];        /* sum m v, kg m/s */
-    double outside_impulse[3]; /* delivered by the outside force, N s */
-    double gravity_impulse[3]; /* N s */
-    double wall_impulse[3];    /* given by all walls to particles, N s */
-    int64_t rebuilds;          /* neighbour lists built since dem_new */
+    double overlap;                /* largest overlap / radius of the smaller particle, - */
+    double speed;                  /* largest, m/s */
+    double kinetic_energy;         /* translational, J */
+    double rotational_energy;      /* J */
+    double momentum[3];            /* sum m v, kg m/s */
+    double outside_impulse[3];     /* delivered by the outside force, N s */
+    double gravity_impulse[3];     /* N s */
+    double wall_impulse[3];        /* given by all walls to particles, N s */
+    double mass;                   /* of the particles present, kg */
+    int64_t fed, removed;          /* particles, in the last advance */
+    double fed_mass, removed_mass; /* kg, likewise */
+    double fed_momentum[3], removed_momentum[3]; /* kg m/s, likewise */
+    dem_energy energy;                           /* zeros unless param.balance */
+    /* about the origin, kg m2/s, unless param.balance is 0: of the particles; given in the last
+     * advance by walls, gravity and outside force; meaningless with periodic sides */
+    double angular_momentum[3], wall_angular[3], gravity_angular[3], outside_angular[3];
+    int64_t rebuilds; /* neighbour lists built since dem_new */
     double seconds_force, seconds_neighbour, seconds_other; /* wall-clock, in the last advance */
 } dem_report;
 
@@ -254,6 +433,19 @@ size_t dem_walls(const dem_sim *sim);
 const char *dem_wall_name(const dem_sim *sim, size_t wall);
 /* Force on wall `wall` by the particles, mean over the last dem_advance, N. */
 void dem_wall_force(const dem_sim *sim, size_t wall, double force[3]);
+/* Its torque about the wall's centre, likewise, N m. */
+void dem_wall_torque(const dem_sim *sim, size_t wall, double torque[3]);
+/* Where the wall is: x = place + R (x_start), R row by row. */
+void dem_wall_place(const dem_sim *sim, size_t wall, double place[3], double rotation[9]);
+
+/* What a feeder or an outlet has let through since dem_new. `waiting`: kg that a feeder still owes
+ * because its region was full. */
+size_t dem_feeders(const dem_sim *sim);
+const char *dem_feeder_name(const dem_sim *sim, size_t feeder);
+void dem_fed(const dem_sim *sim, size_t feeder, int64_t *number, double *mass, double *waiting);
+size_t dem_outlets(const dem_sim *sim);
+const char *dem_outlet_name(const dem_sim *sim, size_t outlet);
+void dem_removed(const dem_sim *sim, size_t outlet, int64_t *number, double *mass);
 
 /* ---- output ---------------------------------------------------------------------------------- */
 

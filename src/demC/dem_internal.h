@@ -48,5 +48,8 @@ struct dem_sim {
 /* Sets the message, printf style; returns `status`. */
 dem_status fail(dem_sim *sim, dem_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+dem_status no_memory(dem_sim *sim);
+/* Smallest and largest particles, and whether all are alike; after particles came or went. */
+void take_stock(dem_sim *sim);
 
 #endif

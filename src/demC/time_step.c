@@ -70,7 +70,8 @@ dem_limits time_limits(const dem_sim *sim)
 {
     const smallest none = {INFINITY, INFINITY};
     const particles *p = &sim->particles;
-    dem_limits l = {INFINITY, INFINITY, sim->time_step > 0 ? sim->time_step : INFINITY, 0};
+    dem_limits l = {.contact = INFINITY, .rayleigh = INFINITY, .wall = INFINITY, .skin = INFINITY};
+    l.user = sim->time_step > 0 ? sim->time_step : INFINITY;
     double speed = impact_speed(sim);
     for (int a = 0; a < sim->n_material; a++) {
         smallest s = {sim->smallest_mass[a], sim->smallest_radius[a]};
