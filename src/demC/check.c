@@ -104,6 +104,19 @@ static dem_status check_parts(dem_sim *sim, const dem_param *param)
         if (wall->material < 0 || (size_t)wall->material >= param->n_material)
             return fail(sim, DEM_BAD_ARGUMENT, "wall %s: material %d is none of the %zu",
                         wall->name, wall->material, param->n_material);
+        if (wall->n_motion && !wall->motion)
+            return fail(sim, DEM_BAD_ARGUMENT, "wall %s: its %zu motions are missing", wall->name,
+                        wall->n_motion);
+        for (size_t k = 0; k < wall->n_motion; k++) {
+            char why[256];
+            if (motion_check(&wall->motion[k], why, sizeof why))
+                return fail(sim, DEM_BAD_ARGUMENT, "wall %s, motion %zu: %s", wall->name, k + 1,
+                            why);
+        }
+        for (int a = 0; a < 3; a++)
+            if (!isfinite(wall->centre[a]))
+                return fail(sim, DEM_BAD_ARGUMENT, "wall %s: its centre must be finite",
+                            wall->name);
     }
     for (size_t k = 0; k < param->n_insertion; k++) {
         const dem_insertion *ins = &param->insertion[k];

@@ -91,8 +91,7 @@ static dem_status copy_param(dem_sim *sim, const dem_param *param)
     neighbour_init(&sim->list, sim->lo, sim->hi, sim->periodic);
     dem_status status = copy_materials(sim, param);
     if (status) return status;
-    sim->wall_force = calloc(param->n_wall + 1, sizeof *sim->wall_force);
-    if (!sim->wall_force || walls_init(&sim->walls, param->n_wall, param->wall) ||
+    if (walls_init(&sim->walls, param->n_wall, param->wall, sim->lo, sim->hi) ||
         particles_init(&sim->particles))
         return no_memory(sim);
     return DEM_OK;
@@ -170,7 +169,6 @@ void dem_free(dem_sim *sim)
     free(sim->table);
     free(sim->smallest_mass);
     free(sim->smallest_radius);
-    free(sim->wall_force);
     if (sim->comm != MPI_COMM_NULL) MPI_Comm_free(&sim->comm);
     free(sim);
 }
@@ -200,6 +198,7 @@ static dem_status rebuild(dem_sim *sim)
     int uneven = sim->largest_radius > 2 * sim->smallest_any;
     double radius = uneven ? sim->median_radius : sim->largest_radius;
     list->skin = sim->skin * 2 * sim->median_radius;
+    sim->walls.slack = .5 * list->skin;
     if (neighbour_sort(list, p, 2 * radius + list->skin) || neighbour_fill(list, p, uneven) ||
         contacts_restore(&sim->contacts, list, p->n) ||
         walls_list(&sim->walls, p, .5 * list->skin, list->place))
@@ -241,6 +240,11 @@ static dem_status step(dem_sim *sim, double dt, int last)
         dem_status status = rebuild(sim);
         if (status) return status;
     }
+    if (!walls_hold(&sim->walls)) {
+        /* The particles have their half skin yet to go, counted from where they were listed. */
+        double margin = .5 * sim->list.skin + sim->list.moved;
+        if (walls_list(&sim->walls, p, margin, NULL)) return no_memory(sim);
+    }
     double listed = MPI_Wtime();
     sum_forces(sim, dt, last);
     double summed = MPI_Wtime();
@@ -249,6 +253,7 @@ static dem_status step(dem_sim *sim, double dt, int last)
     integrate(&m, p);
     sim->speed = m.speed;
     sim->time += dt;
+    walls_move(&sim->walls, sim->time);
     r->step = dt;
     r->seconds_neighbour += listed - begin;
     r->seconds_force += summed - listed;
@@ -263,7 +268,7 @@ static void clear_sums(dem_sim *sim)
     memset(r->wall_impulse, 0, sizeof r->wall_impulse);
     r->seconds_force = r->seconds_neighbour = r->seconds_other = 0;
     if (p->n) memset(p->gain, 0, p->n * sizeof *p->gain);
-    for (size_t w = 0; w < sim->walls.n; w++) memset(sim->walls.force[w], 0, 3 * sizeof(double));
+    walls_clear_loads(&sim->walls);
 }
 
 dem_status dem_advance(dem_sim *sim, double dt, int substeps)
@@ -284,7 +289,7 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     for (int s = 0; s < substeps && sim->particles.n && !status; s++)
         status = step(sim, dt / substeps, s == substeps - 1);
     if (!status) {
-        sim->time = end;
+        dem_set_time(sim, end);
         sim->overlap = sim->particles.n ? sim->report.overlap : 0;
     }
     /* The list looks when it is rebuilt; who is handed the particles must find all of them inside.
@@ -292,8 +297,7 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     if (!status) status = check_inside(sim);
     double begin = MPI_Wtime();
     sim->report.substeps = substeps;
-    for (size_t w = 0; w < sim->walls.n; w++)
-        for (int a = 0; a < 3; a++) sim->wall_force[w][a] = sim->walls.force[w][a] / substeps;
+    walls_average_loads(&sim->walls, substeps);
     particles_publish(&sim->particles, sim->lo, sim->hi, sim->periodic);
     report_sums(sim, dt);
     sim->report.seconds_other += MPI_Wtime() - begin;
@@ -308,6 +312,7 @@ double dem_time(const dem_sim *sim)
 void dem_set_time(dem_sim *sim, double time)
 {
     sim->time = time;
+    walls_move(&sim->walls, time);
 }
 
 /* ---- what happened --------------------------------------------------------------------------- */
@@ -315,21 +320,6 @@ void dem_set_time(dem_sim *sim, double time)
 dem_report dem_last_report(const dem_sim *sim)
 {
     return sim->report;
-}
-
-size_t dem_walls(const dem_sim *sim)
-{
-    return sim->walls.n;
-}
-
-const char *dem_wall_name(const dem_sim *sim, size_t wall)
-{
-    return wall < sim->walls.n ? sim->walls.wall[wall].name : "";
-}
-
-void dem_wall_force(const dem_sim *sim, size_t wall, double force[3])
-{
-    for (int a = 0; a < 3; a++) force[a] = wall < sim->walls.n ? sim->wall_force[wall][a] : 0;
 }
 
 dem_status dem_write_snapshot(dem_sim *sim, const char *directory, const char *name)

@@ -150,7 +150,8 @@ typedef enum dem_motion_kind {
     DEM_ROTATION,    /* about the axis `vector` through `origin` at `rate` */
     DEM_OSCILLATION, /* shift vector sin(2 pi frequency t + phase) */
     DEM_ROCKING,     /* angle `amplitude` sin(2 pi frequency t + phase) about the axis */
-    DEM_TABLE        /* shift and rotation vector (rad, about `origin`) by cubic splines in time */
+    DEM_TABLE        /* shift and rotation vector (rad, about `origin`) by cubic splines in time
+                        that begin and end at rest */
 } dem_motion_kind;
 
 /* A rigid motion. It is at rest before `begin`, with the place of that moment, and after `end`. t
@@ -177,7 +178,8 @@ typedef struct dem_wall {
     dem_sdf *shape; /* owned by the simulation once dem_new has returned DEM_OK */
     int material;
     size_t n_motion;
-    const dem_motion *motion; /* [n_motion], applied one after the other; copied */
+    const dem_motion *motion; /* [n_motion], applied one after the other: the axis of a later one
+                                 stands in space, that of an earlier one is carried along; copied */
     double centre[3];         /* of the torque on the wall, m; moves with it */
 } dem_wall;
 

@@ -42,7 +42,6 @@ struct dem_sim {
     int outside; /* an outside force is set */
     double time;
     dem_report report;
-    double (*wall_force)[3]; /* [walls.n], mean over the last dem_advance, N */
 };
 
 /* Sets the message, printf style; returns `status`. */

@@ -5,41 +5,40 @@
  * A wall consists of smooth parts; each makes its own contact with its own history. With phi the
  * signed distance of the centre x and n = grad phi/|grad phi|:
  *
- *     overlap d = r - phi > 0,  F_n = k d grad phi - eta v_n n,  contact point x - phi n,
+ *     overlap d = r - phi > 0,  F_n = k d grad phi - eta v_n n,  contact point x_c = x - phi n,
  *     effective radius r, effective mass m
+ *
+ * A wall that moves is asked in its own coordinates, where its shape is as it was given: with the
+ * pose (place X, rotation R, velocity V, spin W; motion.h) phi(x) = phi_0(R^T (x - X)), grad phi =
+ * R grad phi_0, and the surface has the velocity V + W x (x_c - X). The pose is that of the time of
+ * the positions, at the beginning of the step. Springs are kept in the wall's coordinates, so that
+ * a particle carried round by a drum has its friction carried round too. Torques on a wall are
+ * about its own centre, which it carries along.
  *
  * |grad phi| is kept in the elastic force so that it is the gradient of an energy k d^2/2 even
  * where phi is not quite a distance (a sampled one).
  *
  * When the neighbour list is built the particles that are nearer to a part than the margin they
- * may move are listed; the others need no look at the wall until the next build. The list is
- * sorted by (particle, wall, part), which is also the order of the sums.
+ * may move are listed; the others need no look at the wall until the next build. For a wall that
+ * moves the margin is wider by the slack it may move; when it has, only this list is made again.
+ * The list is sorted by (particle, wall, part), which is also the order of the sums.
  */
 #include "wall.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-dem_status walls_init(walls *w, size_t n, const dem_wall *wall)
+/* Signed distance of part `part` of wall k, and its gradient, where the wall is now. */
+static double distance_now(const walls *w, int k, int part, const double x[3], double gradient[3])
 {
-    memset(w, 0, sizeof *w);
-    if (!n) return DEM_OK;
-    w->wall = malloc(n * sizeof *w->wall);
-    w->force = calloc(n, sizeof *w->force);
-    if (!w->wall || !w->force) return DEM_NO_MEMORY;
-    memcpy(w->wall, wall, n * sizeof *w->wall);
-    w->n = n;
-    return DEM_OK;
-}
-
-void walls_free(walls *w, int free_shapes)
-{
-    for (size_t k = 0; free_shapes && k < w->n; k++) dem_sdf_free(w->wall[k].shape);
-    free(w->wall);
-    free(w->force);
-    free(w->entry);
-    free(w->before);
-    memset(w, 0, sizeof *w);
+    const pose *now = &w->body[k].now;
+    if (!w->body[k].moves) return dem_sdf_eval(w->wall[k].shape, part, x, gradient);
+    double d[3] = {x[0] - now->place[0], x[1] - now->place[1], x[2] - now->place[2]}, b[3], g[3];
+    pose_turn_back(now, d, b);
+    double phi = dem_sdf_eval(w->wall[k].shape, part, b, g);
+    pose_turn(now, g, gradient);
+    return phi;
 }
 
 static int by_particle(const void *left, const void *right)
@@ -88,14 +87,18 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
     dem_status status = set_aside(w, place);
     if (status) return status;
     w->n_entry = 0;
+    double largest = 0;
+    for (size_t i = 0; i < p->n; i++) largest = fmax(largest, p->pos[i][3]);
+    walls_remember(w, largest + margin);
     size_t old = 0;
     for (size_t i = 0; i < p->n; i++)
         for (size_t k = 0; k < w->n; k++) {
             int parts = dem_sdf_parts(w->wall[k].shape);
+            double reach = p->pos[i][3] + margin + (w->body[k].moves ? w->slack : 0);
             for (int part = 0; part < parts; part++) {
                 double gradient[3];
-                double phi = dem_sdf_eval(w->wall[k].shape, part, p->pos[i], gradient);
-                if (!(phi < p->pos[i][3] + margin)) continue;
+                double phi = distance_now(w, (int)k, part, p->pos[i], gradient);
+                if (!(phi < reach)) continue;
                 wall_entry e = {{0, 0, 0, 0}, (uint32_t)i, (int)k, part, 0};
                 while (old < w->n_before && by_particle(&w->before[old], &e) < 0) old++;
                 if (old < w->n_before && by_particle(&w->before[old], &e) == 0) e = w->before[old];
@@ -107,43 +110,82 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
 
 double walls_overlap(const walls *w, size_t n, const double (*pos)[4])
 {
-    double largest = 0;
-    for (size_t k = 0; k < w->n; k++)
+    double largest = 0, gradient[3];
+    for (size_t k = 0; k < w->n; k++) {
+        int parts = dem_sdf_parts(w->wall[k].shape);
         for (size_t i = 0; i < n; i++)
-            largest = fmax(largest, 1 - dem_sdf_distance(w->wall[k].shape, pos[i]) / pos[i][3]);
+            for (int part = 0; part < parts; part++)
+                largest =
+                    fmax(largest, 1 - distance_now(w, (int)k, part, pos[i], gradient) / pos[i][3]);
+    }
     return largest;
+}
+
+/* History from the coordinates that the wall carries along to those of space, and back. */
+static spring spring_in_space(const wall_body *b, const double kept[4])
+{
+    spring s = {kept[0], kept[1], kept[2], kept[3]};
+    if (b->moves) {
+        double turned[3];
+        pose_turn(&b->now, kept, turned);
+        s = (spring){turned[0], turned[1], turned[2], kept[3]};
+    }
+    return s;
+}
+
+static void keep_spring(const wall_body *b, spring s, double kept[4])
+{
+    const double in_space[3] = {s.x, s.y, s.z};
+    if (b->moves)
+        pose_turn_back(&b->now, in_space, kept);
+    else
+        memcpy(kept, in_space, sizeof in_space);
+    kept[3] = s.a;
 }
 
 /* Force of a part on a particle; the torque is -phi n x F_t. */
 static contact_force touch(const wall_forces *job, const walls *w, const particles *p,
                            wall_entry *e, double phi, const double g[3], double torque[3])
 {
-    const double *v = p->vel[e->particle], r = p->pos[e->particle][3];
+    const wall_body *body = &w->body[e->wall];
+    const double *x = p->pos[e->particle], *v = p->vel[e->particle], r = x[3];
     double steep = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
     double nx = g[0] / steep, ny = g[1] / steep, nz = g[2] / steep;
+    double u[3] = {0, 0, 0}; /* of the surface */
+    if (body->moves)
+        pose_velocity(&body->now, (double[3]){x[0] - phi * nx, x[1] - phi * ny, x[2] - phi * nz},
+                      u);
     contact c = {nx,
                  ny,
                  nz,
                  r - phi,
-                 v[0] - phi * (v[5] * nz - v[6] * ny),
-                 v[1] - phi * (v[6] * nx - v[4] * nz),
-                 v[2] - phi * (v[4] * ny - v[5] * nx),
+                 v[0] - phi * (v[5] * nz - v[6] * ny) - u[0],
+                 v[1] - phi * (v[6] * nx - v[4] * nz) - u[1],
+                 v[2] - phi * (v[4] * ny - v[5] * nx) - u[2],
                  1 / v[3],
                  r,
                  steep};
     spring s = {0, 0, 0, 0};
-    if (e->touch) s = (spring){e->spring[0], e->spring[1], e->spring[2], e->spring[3]};
+    if (e->touch) s = spring_in_space(body, e->spring);
     coefficient q =
         job->table[p->material[e->particle] * job->n_material + w->wall[e->wall].material];
     contact_force f = law_force(job->law, q, c, job->dt, &s);
-    e->spring[0] = s.x;
-    e->spring[1] = s.y;
-    e->spring[2] = s.z;
-    e->spring[3] = s.a;
+    keep_spring(body, s, e->spring);
     torque[0] = -phi * (ny * f.tz - nz * f.ty);
     torque[1] = -phi * (nz * f.tx - nx * f.tz);
     torque[2] = -phi * (nx * f.ty - ny * f.tx);
     return f;
+}
+
+/* What a particle at x gets from the wall the wall loses, about its own centre. */
+static void load_wall(wall_body *b, const double x[3], const double force[3],
+                      const double torque[3])
+{
+    double l[3] = {x[0] - b->centre[0], x[1] - b->centre[1], x[2] - b->centre[2]};
+    b->load[3] -= l[1] * force[2] - l[2] * force[1] + torque[0];
+    b->load[4] -= l[2] * force[0] - l[0] * force[2] + torque[1];
+    b->load[5] -= l[0] * force[1] - l[1] * force[0] + torque[2];
+    for (int a = 0; a < 3; a++) b->load[a] -= force[a];
 }
 
 void sum_wall_forces(wall_forces *job, walls *w, particles *p)
@@ -155,7 +197,7 @@ void sum_wall_forces(wall_forces *job, walls *w, particles *p)
         wall_entry *e = &w->entry[k];
         double gradient[3], torque[3];
         double r = p->pos[e->particle][3];
-        double phi = dem_sdf_eval(w->wall[e->wall].shape, e->part, p->pos[e->particle], gradient);
+        double phi = distance_now(w, e->wall, e->part, p->pos[e->particle], gradient);
         if (!(phi < r)) {
             e->touch = 0;
             continue;
@@ -166,9 +208,9 @@ void sum_wall_forces(wall_forces *job, walls *w, particles *p)
         for (int a = 0; a < 3; a++) {
             p->force[e->particle][a] += force[a];
             p->force[e->particle][4 + a] += torque[a];
-            w->force[e->wall][a] -= force[a];
             job->on_particles[a] += force[a];
         }
+        load_wall(&w->body[e->wall], p->pos[e->particle], force, torque);
         job->contacts++;
         if (1 - phi / r > job->overlap) job->overlap = 1 - phi / r;
     }

@@ -1,25 +1,40 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * wall.h - contact of particles with walls given by signed distance functions.
+ * wall.h - contact of particles with walls given by signed distance functions, at rest or moving.
  */
 #ifndef DEM_WALL_H
 #define DEM_WALL_H
 
 #include "contact_law.h"
+#include "motion.h"
 #include "particles.h"
 
 /* A particle near a part of a wall: it may touch before the next rebuild. */
 typedef struct wall_entry {
-    double spring[4];
+    double spring[4]; /* in the coordinates that the wall carries along */
     uint32_t particle;
     int wall, part;
     int touch; /* when the forces were last summed */
 } wall_entry;
 
+/* What a wall is besides its shape. */
+typedef struct wall_body {
+    path path;
+    int moves;
+    pose now;            /* at the time of walls_move; at rest if it does not move */
+    pose listed;         /* when the list was made */
+    double lo[3], hi[3]; /* box, in the coordinates of the start, of what particles could meet */
+    double centre[3];    /* of the torque, now */
+    double load[6];      /* force and torque on the wall, sum over the sub-steps */
+    double mean[6];      /* mean over the last dem_advance */
+} wall_body;
+
 typedef struct walls {
     size_t n;
-    dem_wall *wall;     /* [n], shapes owned */
-    double (*force)[3]; /* [n], on the wall, sum over the sub-steps of a dem_advance */
+    dem_wall *wall;      /* [n], shapes owned */
+    wall_body *body;     /* [n] */
+    double lo[3], hi[3]; /* domain, m */
+    double slack;        /* what a moving wall may have moved since the list was made, m */
     wall_entry *entry, *before;
     size_t n_entry, capacity, n_before, before_capacity;
 } walls;
@@ -34,14 +49,34 @@ typedef struct wall_forces {
     double on_particles[3]; /* out: sum of the forces */
 } wall_forces;
 
-dem_status walls_init(walls *w, size_t n, const dem_wall *wall);
+/* ---- wall_motion.c: walls in time ------------------------------------------------------------ */
+
+/* lo, hi: the domain. The walls are at their places at time 0. */
+dem_status walls_init(walls *w, size_t n, const dem_wall *wall, const double lo[3],
+                      const double hi[3]);
 void walls_free(walls *w, int free_shapes);
-/* List the particles that may touch within `margin` of motion; history is kept. `place` tells
- * where particles have gone since the last call, NULL: nowhere. */
+/* To the places and velocities of `time`. */
+void walls_move(walls *w, double time);
+/* Zero if some wall has moved by more than w->slack since the list was made. */
+int walls_hold(const walls *w);
+/* Remember the places; particles reach `reach` beyond the domain at most. */
+void walls_remember(walls *w, double reach);
+/* No point of a wall's surface within the domain will be faster from `time` on, with the levers it
+ * has now, m/s. */
+double walls_speed(const walls *w, double time);
+void walls_clear_loads(walls *w);
+/* Means over the sub-steps. */
+void walls_average_loads(walls *w, int substeps);
+
+/* ---- wall.c ---------------------------------------------------------------------------------- */
+
+/* List the particles that may touch within `margin` of motion of their own and w->slack of the
+ * walls'; history is kept. `place` tells where particles have gone since the last call, NULL:
+ * nowhere. */
 dem_status walls_list(walls *w, const particles *p, double margin, const uint32_t *place);
 /* Largest overlap / radius of n spheres x y z r with the walls; 0 if none touches. */
 double walls_overlap(const walls *w, size_t n, const double (*pos)[4]);
-/* Adds to p->force and to w->force. */
+/* Adds to p->force and to the loads of the walls. */
 void sum_wall_forces(wall_forces *job, walls *w, particles *p);
 
 #endif
