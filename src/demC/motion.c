@@ -190,6 +190,7 @@ static void table_at(const leg *l, double t, double y[6], double rate[6])
 {
     size_t low = 0, high = l->motion.n - 1;
     double first = l->time[0], last = l->time[high];
+    double moving = t > first && t < last;
     t = t < first ? first : t > last ? last : t;
     while (high - low > 1) {
         size_t middle = (low + high) / 2;
@@ -204,7 +205,7 @@ static void table_at(const leg *l, double t, double y[6], double rate[6])
         double m0 = h * l->slope[low][c], m1 = h * l->slope[high][c];
         double b = 3 * step - 2 * m0 - m1, a = m0 + m1 - 2 * step;
         y[c] = y0 + u * (m0 + u * (b + u * a));
-        rate[c] = (m0 + u * (2 * b + u * 3 * a)) / h;
+        rate[c] = moving * (m0 + u * (2 * b + u * 3 * a)) / h;
     }
 }
 
