@@ -16,27 +16,37 @@
 /* Cells below this many diameters get a note. */
 #define RECOMMENDED_CELL 1.5
 
+/* `kind`: insertion or feeders; most: largest diameter, m. */
+static void compare_cells(const case_mesh *mesh, const place *at, const char *kind,
+                          const char *name, double most, case_errors *errors)
+{
+    for (int a = 0; a < 3; a++) {
+        double h = mesh->spacing[a];
+        if (most > h)
+            case_error(errors, at->file, at->line,
+                       "%s.%s.diameter: the particles, %g m, are larger than a cell of "
+                       "the mesh, %g m in %c; accepted: cells of at least one diameter, %g or "
+                       "more are recommended",
+                       kind, name, most, h, "xyz"[a], RECOMMENDED_CELL);
+        else if (most * RECOMMENDED_CELL > h * (1 + 1e-9))
+            case_note(errors, at->file, at->line,
+                      "%s.%s.diameter: a cell of the mesh, %g m in %c, is only %.3g "
+                      "diameters; %g or more are recommended",
+                      kind, name, h, "xyz"[a], h / most, RECOMMENDED_CELL);
+    }
+}
+
 static void check_cells(const case_mesh *mesh, const case_dem *dem, case_errors *errors)
 {
     const particle_storage *storage = dem->storage;
     for (size_t i = 0; i < dem->param.n_insertion; i++) {
-        const dem_insertion *insertion = &dem->param.insertion[i];
-        const place *at = &storage->diameter[i];
-        double d = insertion->diameter;
-        for (int a = 0; a < 3; a++) {
-            double h = mesh->spacing[a];
-            if (d > h)
-                case_error(errors, at->file, at->line,
-                           "insertion.%s.diameter: the particles, %g m, are larger than a cell of "
-                           "the mesh, %g m in %c; accepted: cells of at least one diameter, %g or "
-                           "more are recommended",
-                           insertion->name, d, h, "xyz"[a], RECOMMENDED_CELL);
-            else if (d * RECOMMENDED_CELL > h * (1 + 1e-9))
-                case_note(errors, at->file, at->line,
-                          "insertion.%s.diameter: a cell of the mesh, %g m in %c, is only %.3g "
-                          "diameters; %g or more are recommended",
-                          insertion->name, h, "xyz"[a], h / d, RECOMMENDED_CELL);
-        }
+        const dem_insertion *in = &dem->param.insertion[i];
+        compare_cells(mesh, &storage->diameter[i], "insertion", in->name, in->diameter, errors);
+    }
+    for (size_t i = 0; i < dem->param.n_feeder; i++) {
+        const dem_feeder *in = &dem->param.feeder[i];
+        compare_cells(mesh, &storage->feeder_diameter[i], "feeders", in->name,
+                      most_diameter(in->n_species, in->species), errors);
     }
 }
 
@@ -88,44 +98,24 @@ static void check_positions(const case_mesh *mesh, const case_dem *dem, size_t i
     }
 }
 
-/* Is there a point with phi > 0 in the box? Found by halving boxes that may hold one, down to
- * `level` halvings: |grad phi| <= 1, so phi is below zero all over a box if it is below minus the
- * half diagonal at the centre. */
-static int has_room(const dem_sdf *shape, const double centre[3], const double half[3], int level)
-{
-    double phi = dem_sdf_distance(shape, centre);
-    double reach = sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
-    if (phi > 0) return 1;
-    if (phi < -reach || level == 0) return 0;
-    const double quarter[3] = {.5 * half[0], .5 * half[1], .5 * half[2]};
-    for (int octant = 0; octant < 8; octant++) {
-        double at[3];
-        for (int a = 0; a < 3; a++)
-            at[a] = centre[a] + (octant >> a & 1 ? quarter[a] : -quarter[a]);
-        if (has_room(shape, at, quarter, level - 1)) return 1;
-    }
-    return 0;
-}
-
 static void check_walls(const case_dem *dem, case_errors *errors)
 {
     enum { LEVELS = 6 }; /* room narrower than 1/64 of the domain does not count */
     const dem_param *param = &dem->param;
     const particle_storage *storage = dem->storage;
-    double centre[3], half[3];
+    double centre[3], reach = 0;
     for (int a = 0; a < 3; a++) {
         centre[a] = .5 * (param->lo[a] + param->hi[a]);
-        half[a] = .5 * (param->hi[a] - param->lo[a]);
+        reach = hypot(reach, .5 * (param->hi[a] - param->lo[a]));
     }
-    double reach = sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
     for (size_t w = 0; w < param->n_wall; w++) {
         const dem_sdf *shape = param->wall[w].shape;
         const place *at = &storage->wall[w];
         if (!shape) continue;
         const char *why = NULL;
-        if (dem_sdf_distance(shape, centre) > reach)
+        if (dem_sdf_distance(shape, centre) > reach && param->wall[w].n_motion == 0)
             why = "lies wholly outside the domain and touches no particle";
-        else if (!has_room(shape, centre, half, LEVELS))
+        else if (!has_room(1, &shape, param->lo, param->hi, LEVELS))
             why = "fills the whole domain: is 'inside' or the normal wrong?";
         if (why)
             case_error(errors, at->file, at->line,
@@ -159,7 +149,8 @@ void case_check(const case_control *control, const case_mesh *mesh, const case_d
     if (mesh && mesh->cells[0] > 0 && coupling) check_cells(mesh, dem, errors);
     for (size_t i = 0; known && i < dem->param.n_insertion; i++)
         if (storage->positions[i]) check_positions(mesh, dem, i, errors);
-    if (known) check_walls(dem, errors);
+    if (known && !check_surfaces(dem, errors)) check_walls(dem, errors);
+    if (known) check_feeds(dem, errors);
     if (coupling) check_packing(dem, coupling, errors);
     if (control && dem->param.time_step > control->delta_t)
         case_note(errors, storage->domain.file, 0,

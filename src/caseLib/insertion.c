@@ -2,10 +2,10 @@
 /**
  * insertion.c - what particles a case starts with.
  *
- * Types: lattice (spacing, region), random (number or solidFraction, region), file (positions in
- * the format of an OpenFOAM vectorField: an optional header and "N ( (x y z) ... )").
+ * Types: lattice (spacing, region), random (number or solidFraction, region, sizes and species),
+ * file (positions in the format of an OpenFOAM vectorField: an optional header and
+ * "N ( (x y z) ... )").
  */
-#include "files.h"
 #include "particles.h"
 
 #include <math.h>
@@ -27,36 +27,27 @@ static const case_range packed = {0, .64, 1, 0};
 static void check_keys(const particle_reader *reader, const case_dict *dict,
                        dem_insertion_kind kind)
 {
-#define COMMON                                                                                     \
-    "type", "material", "diameter", "velocity", "velocitySpread", "angularVelocity", "seed"
-    static const char *const random[] = {COMMON, "region", "number", "solidFraction", NULL};
-    static const char *const lattice[] = {COMMON, "region", "spacing", NULL};
-    static const char *const list[] = {COMMON, "file", NULL};
-#undef COMMON
+    static const char *const random[] = {"type",   KIND_KEYS,       START_KEYS, "region",
+                                         "number", "solidFraction", NULL};
+    static const char *const lattice[] = {"type",   "material", "diameter", START_KEYS,
+                                          "region", "spacing",  NULL};
+    static const char *const list[] = {"type", "material", "diameter", START_KEYS, "file", NULL};
     const char *const *known = kind == DEM_INSERT_RANDOM    ? random
                                : kind == DEM_INSERT_LATTICE ? lattice
                                                             : list;
     case_known(dict, known, reader->errors);
 }
 
-/* ---- region ---------------------------------------------------------------------------------- */
+/* ---- in a region ----------------------------------------------------------------------------- */
 
-static void read_region(particle_reader *reader, const case_dict *dict, dem_insertion *to)
+void check_fit(particle_reader *reader, const case_dict *dict, const char *key, double diameter,
+               const double lo[3], const double hi[3])
 {
-    const case_dict *region = case_sub(dict, "region", 1, reader->errors);
-    const dem_param *param = reader->param;
-    to->region = region ? read_shape(region, 1, to->lo, to->hi, reader->errors) : NULL;
-    if (!to->region) return;
-    for (int a = 0; a < 3; a++) {
-        double slack = 1e-9 * (param->hi[a] - param->lo[a]); /* the same number in two files */
-        int below = to->lo[a]<param->lo[a] - slack, above = to->hi[a]> param->hi[a] + slack;
-        const char *key = above ? "max" : "min";
-        if (below || above)
-            key_error(reader->errors, region, case_has(region, key) ? key : "",
-                      "the region reaches from %g to %g m in %c, beyond the %s, %g to %g m",
-                      to->lo[a], to->hi[a], "xyz"[a], reader -> mesh ? "mesh" : "domain",
-                      param->lo[a], param->hi[a]);
-    }
+    for (int a = 0; a < 3; a++)
+        if (diameter > hi[a] - lo[a])
+            key_error(reader->errors, dict, key,
+                      "particles of %g m do not fit into the region, which is %g m wide in %c",
+                      diameter, hi[a] - lo[a], "xyz"[a]);
 }
 
 static void read_random(particle_reader *reader, const case_dict *dict, dem_insertion *to)
@@ -72,12 +63,8 @@ static void read_random(particle_reader *reader, const case_dict *dict, dem_inse
         to->number = case_integer(dict, "number", NULL, 0, (long)MOST_PARTICLES, errors);
     else if (fraction)
         to->solid_fraction = read_number(dict, "solidFraction", "", NULL, packed, errors);
-    read_region(reader, dict, to);
-    for (int a = 0; a < 3 && to->region; a++)
-        if (to->diameter > to->hi[a] - to->lo[a])
-            key_error(errors, dict, "diameter",
-                      "particles of %g m do not fit into the region, which is %g m wide in %c",
-                      to->diameter, to->hi[a] - to->lo[a], "xyz"[a]);
+    to->region = read_region(reader, dict, 1, to->lo, to->hi);
+    if (to->region) check_fit(reader, dict, size_key(dict), to->diameter, to->lo, to->hi);
 }
 
 static void read_lattice(particle_reader *reader, const case_dict *dict, dem_insertion *to)
@@ -96,7 +83,7 @@ static void read_lattice(particle_reader *reader, const case_dict *dict, dem_ins
         for (int a = 0; a < 3; a++) to->spacing[a] = n == 3 ? value[a] : value[0];
         free(value);
     }
-    read_region(reader, dict, to);
+    to->region = read_region(reader, dict, 1, to->lo, to->hi);
     for (int a = 0; a < 3 && (n == 1 || n == 3); a++) {
         double room = to->hi[a] - to->lo[a];
         if (to->spacing[a] < to->diameter || !(to->spacing[a] > 0)) {
@@ -119,17 +106,6 @@ static void read_lattice(particle_reader *reader, const case_dict *dict, dem_ins
 }
 
 /* ---- file ------------------------------------------------------------------------------------ */
-
-/* A file named in constant/demProperties: there, or from the top of the case, or absolute. */
-static case_dict *open_positions(const particle_reader *reader, const char *name)
-{
-    char path[4096];
-    if (*name == '/') return case_dict_read(name, reader->errors);
-    snprintf(path, sizeof path, "constant/%s", name);
-    if (!case_file_exists(reader->directory, path) && case_file_exists(reader->directory, name))
-        return case_read_file(reader->directory, name, reader->errors);
-    return case_read_file(reader->directory, path, reader->errors);
-}
 
 /* The first member of a list that is not a position: its place counted from 0, its line, its text.
  */
@@ -164,15 +140,8 @@ static void refuse_positions(particle_reader *reader, const case_dict *positions
 static void read_file(particle_reader *reader, const case_dict *dict, dem_insertion *to,
                       const char **file)
 {
-    const char *name = case_word(dict, "file", NULL, 1, reader->errors);
-    int before = case_errors_count(reader->errors);
-    if (!name) return;
-    case_dict *positions = open_positions(reader, name);
-    if (!positions) {
-        if (case_errors_count(reader->errors) > before)
-            key_error(reader->errors, dict, "file", "the file '%s' was not read", name);
-        return;
-    }
+    case_dict *positions = read_beside(reader, dict, "file");
+    if (!positions) return;
     const entry *entry = dict_match(positions, "");
     const node *list = entry ? entry->value : NULL;
     if (!list || list->width != 3) {
@@ -190,10 +159,38 @@ static void read_file(particle_reader *reader, const case_dict *dict, dem_insert
 
 /* ---- insertions ------------------------------------------------------------------------------ */
 
+birth read_birth(const case_dict *dict, case_errors *errors)
+{
+    static const double zero[3] = {0, 0, 0};
+    birth born;
+    read_vector(dict, "velocity", "m/s", zero, born.velocity, errors);
+    read_vector(dict, "angularVelocity", "rad/s", zero, born.angular_velocity, errors);
+    born.velocity_spread =
+        read_number(dict, "velocitySpread", "m/s", &(double){0}, case_non_negative, errors);
+    born.seed = (uint64_t)case_integer(dict, "seed", &(long){1}, 0, 9007199254740992, errors);
+    return born;
+}
+
+/* One material and diameter, or for random ones as many as there are species. `diameter` is then
+ * that of the largest, which is what the checks of room are about. */
+static void read_what(particle_reader *reader, const case_dict *dict, dem_insertion *to)
+{
+    if (to->kind == DEM_INSERT_RANDOM && !case_has(dict, "diameter")) {
+        const kinds all = read_kinds(reader, dict);
+        to->n_species = all.n;
+        to->species = all.species;
+        to->share_by_mass = all.by_mass;
+        to->material = all.n ? all.species[0].material : 0;
+        to->diameter = most_diameter(all.n, all.species);
+        return;
+    }
+    to->material = read_material(reader, dict);
+    to->diameter = read_number(dict, "diameter", "m", NULL, case_positive, reader->errors);
+}
+
 static void read_insertion(particle_reader *reader, const case_dict *dict, dem_insertion *to,
                            size_t i)
 {
-    static const double zero[3] = {0, 0, 0};
     particle_storage *storage = reader->storage;
     case_errors *errors = reader->errors;
     copy_name(reader, dict, to->name);
@@ -201,14 +198,13 @@ static void read_insertion(particle_reader *reader, const case_dict *dict, dem_i
     to->kind = (dem_insertion_kind)case_choice(dict, "type", type_words, -1, errors);
     int typed = case_errors_count(errors) == before;
     if (typed) check_keys(reader, dict, to->kind);
-    to->material = read_material(reader, dict);
-    to->diameter = read_number(dict, "diameter", "m", NULL, case_positive, errors);
-    read_vector(dict, "velocity", "m/s", zero, to->velocity, errors);
-    read_vector(dict, "angularVelocity", "rad/s", zero, to->angular_velocity, errors);
-    to->velocity_spread =
-        read_number(dict, "velocitySpread", "m/s", &(double){0}, case_non_negative, errors);
-    to->seed = (uint64_t)case_integer(dict, "seed", &(long){1}, 0, 9007199254740992, errors);
-    storage->diameter[i] = place_of(storage->store, dict, "diameter");
+    read_what(reader, dict, to);
+    const birth born = read_birth(dict, errors);
+    memcpy(to->velocity, born.velocity, sizeof to->velocity);
+    memcpy(to->angular_velocity, born.angular_velocity, sizeof to->angular_velocity);
+    to->velocity_spread = born.velocity_spread;
+    to->seed = born.seed;
+    storage->diameter[i] = place_of(storage->store, dict, size_key(dict));
     storage->insertion[i] =
         place_of(storage->store, dict, case_has(dict, "file") ? "file" : "region");
     if (!typed) return;

@@ -94,12 +94,43 @@ static int read_pair(const particle_reader *reader, const case_dict *dict, int p
     return pair[0] >= 0 && pair[1] >= 0;
 }
 
+/* Where this model is not chosen its numbers would have no effect: a run without it is still a
+ * good way to see what it does, so they may stay. */
+static void note_unused(const particle_reader *reader, const case_dict *dict, const char *key,
+                        int used, const char *model)
+{
+    char path[512];
+    if (used || !case_has(dict, key)) return;
+    key_path(dict, key, path, sizeof path);
+    case_note(reader->errors, dict->file, case_dict_line(dict, key), "%s: has no effect with %s",
+              path, model);
+}
+
+static void read_rolling(const particle_reader *reader, const case_dict *dict, dem_pair *pair)
+{
+    /* Ai, Chen, Rotter & Ooi, Powder Technol. 206 (2011) 269, doi:10.1016/j.powtec.2010.09.030,
+     * use .3 of critical damping for the elastic-plastic model. */
+    static const double damping = .3;
+    const dem_rolling rolling = reader->param->rolling;
+    const int some = rolling != DEM_ROLLING_NONE, elastic = rolling == DEM_ROLLING_EPSD;
+    case_errors *errors = reader->errors;
+    pair->rolling_friction = read_number(dict, "rollingFriction", "", some ? NULL : &(double){0},
+                                         case_non_negative, errors);
+    pair->rolling_damping =
+        read_number(dict, "rollingDamping", "", &damping, case_non_negative, errors);
+    note_unused(reader, dict, "rollingFriction", some, "rolling none");
+    note_unused(reader, dict, "rollingDamping", elastic,
+                some ? "rolling constantTorque" : "rolling none");
+}
+
 static dem_pair read_contact(const particle_reader *reader, const case_dict *dict)
 {
-    static const char *const known[] = {"materials",   "stiffness", "stiffnessRatio",
-                                        "restitution", "friction",  NULL};
+    static const char *const known[] = {
+        "materials",       "stiffness",      "stiffnessRatio",        "restitution", "friction",
+        "rollingFriction", "rollingDamping", "cohesionEnergyDensity", NULL};
     case_errors *errors = reader->errors;
     const double *missing = reader->param->law == DEM_LINEAR ? NULL : &(double){0};
+    const int cohesive = reader->param->cohesion != DEM_COHESION_NONE;
     dem_pair pair;
     case_known(dict, known, errors);
     pair.stiffness = read_number(dict, "stiffness", "N/m", missing, case_positive, errors);
@@ -107,15 +138,36 @@ static dem_pair read_contact(const particle_reader *reader, const case_dict *dic
         read_number(dict, "stiffnessRatio", "", &(double){1}, case_positive, errors);
     pair.restitution = read_number(dict, "restitution", "", NULL, restitution_range, errors);
     pair.friction = read_number(dict, "friction", "", NULL, case_non_negative, errors);
+    read_rolling(reader, dict, &pair);
+    pair.cohesion = read_number(dict, "cohesionEnergyDensity", "J/m3",
+                                cohesive ? NULL : &(double){0}, case_non_negative, errors);
+    note_unused(reader, dict, "cohesionEnergyDensity", cohesive, "cohesion none");
     return pair;
 }
 
-/* What puts material m among the particles, or NULL. */
-static const char *inserted_by(const dem_param *param, int m)
+static int is_among(size_t n, const dem_species *species, int m)
 {
-    for (size_t i = 0; i < param->n_insertion; i++)
-        if (param->insertion[i].material == m) return param->insertion[i].name;
-    return NULL;
+    for (size_t i = 0; i < n; i++)
+        if (species[i].material == m) return 1;
+    return 0;
+}
+
+/* What puts material m among the particles, "insertion 'bed'". 0 when nothing does. */
+static int inserted_by(const dem_param *param, int m, char text[DEM_NAME + 16])
+{
+    for (size_t i = 0; i < param->n_insertion; i++) {
+        const dem_insertion *in = &param->insertion[i];
+        if (in->n_species ? !is_among(in->n_species, in->species, m) : in->material != m) continue;
+        snprintf(text, DEM_NAME + 16, "insertion '%s'", in->name);
+        return 1;
+    }
+    for (size_t i = 0; i < param->n_feeder; i++) {
+        const dem_feeder *in = &param->feeder[i];
+        if (!is_among(in->n_species, in->species, m)) continue;
+        snprintf(text, DEM_NAME + 16, "feeder '%s'", in->name);
+        return 1;
+    }
+    return 0;
 }
 
 static const char *wall_of(const dem_param *param, int m)
@@ -128,15 +180,20 @@ static const char *wall_of(const dem_param *param, int m)
 static void check_given(const particle_reader *reader, int a, int b)
 {
     const dem_param *param = reader->param;
-    const char *first = inserted_by(param, a), *second = inserted_by(param, b);
-    const char *wall = second ? NULL : wall_of(param, b);
+    char first[DEM_NAME + 16], second[DEM_NAME + 16];
+    if (!inserted_by(param, a, first)) return;
+    if (inserted_by(param, b, second)) {
+        if (b < a) return; /* said the other way round */
+    } else {
+        const char *wall = wall_of(param, b);
+        if (!wall) return;
+        snprintf(second, sizeof second, "wall '%s'", wall);
+    }
     const char *na = param->material[a].name, *nb = param->material[b].name;
-    if (!first || (!second && !wall)) return;
-    if (second && b < a) return; /* said the other way round */
     key_error(reader->errors, reader->dict, "contacts",
-              "no contact for the materials (%s %s), which can meet: insertion '%s' and %s '%s'; "
-              "accepted: a list with an entry { materials (%s %s); ... } for each such pair",
-              na, nb, first, second ? "insertion" : "wall", second ? second : wall, na, nb);
+              "no contact for the materials (%s %s), which can meet: %s and %s; accepted: a list "
+              "with an entry { materials (%s %s); ... } for each such pair",
+              na, nb, first, second, na, nb);
 }
 
 static const entry *contact_list(const particle_reader *reader)

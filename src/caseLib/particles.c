@@ -2,8 +2,8 @@
 /**
  * particles.c - constant/demProperties as the parameters of the particle engine.
  *
- * Order matters: the domain first (regions are compared with it), then materials, walls and
- * insertions, and last the contacts, of which those that can happen must be given.
+ * Order matters: the domain first (regions are compared with it), then materials, walls, what makes
+ * and takes particles, and last the contacts, of which those that can happen must be given.
  */
 #include "particles.h"
 
@@ -88,42 +88,19 @@ static void read_domain(particle_reader *reader)
     }
 }
 
-/* ---- walls ----------------------------------------------------------------------------------- */
-
-static void read_walls(particle_reader *reader)
-{
-    static const char *const known[] = {"material", "shape", NULL};
-    const case_dict *list = case_sub(reader->dict, "walls", 0, reader->errors);
-    particle_storage *storage = reader->storage;
-    if (!list || list->n == 0) return;
-    dem_wall *wall = store_alloc(storage->store, list->n * sizeof *wall);
-    storage->wall = store_alloc(storage->store, list->n * sizeof *storage->wall);
-    reader->param->wall = wall;
-    for (size_t i = 0; i < list->n; i++) {
-        const case_dict *dict = case_sub(list, list->entry[i]->key, 1, reader->errors);
-        if (!dict) continue;
-        double lo[3], hi[3];
-        size_t k = reader->param->n_wall++;
-        case_known(dict, known, reader->errors);
-        copy_name(reader, dict, wall[k].name);
-        wall[k].material = read_material(reader, dict);
-        const case_dict *shape = case_sub(dict, "shape", 1, reader->errors);
-        wall[k].shape = shape ? read_shape(shape, 0, lo, hi, reader->errors) : NULL;
-        storage->wall[k] = place_of(storage->store, dict, "shape");
-    }
-}
-
 /* ---- all ------------------------------------------------------------------------------------- */
 
 static void read_time_step(particle_reader *reader)
 {
-    static const char *const known[] = {"stepsPerPeriod", "maximum", "impactSpeed", NULL};
+    static const char *const known[] = {"fixed", "stepsPerPeriod", "maximum", "impactSpeed", NULL};
     /* Symplectic Euler is stable for more than pi steps in a period of the contact's spring. */
     const case_range stable = {3.141592653589793, INFINITY, 1, 1};
     const case_dict *dict = case_sub(reader->dict, "timeStep", 0, reader->errors);
     dem_param *param = reader->param;
     if (!dict) return;
     case_known(dict, known, reader->errors);
+    param->fixed_step =
+        read_number(dict, "fixed", "s", &param->fixed_step, case_positive, reader->errors);
     param->steps_per_period =
         read_number(dict, "stepsPerPeriod", "", &param->steps_per_period, stable, reader->errors);
     param->time_step =
@@ -146,12 +123,51 @@ static void read_neighbour(particle_reader *reader)
         read_number(dict, "skin", "", &reader->param->skin, sensible, reader->errors);
 }
 
+/* Where sampled surfaces are kept, from the top of the case; `none`: nowhere. Without surfaces
+ * there is nothing to keep. */
+static void read_sdf(particle_reader *reader)
+{
+    static const char *const known[] = {"cache", NULL};
+    const case_dict *dict = case_sub(reader->dict, "sdf", 0, reader->errors);
+    const char *cache = "constant/sdf";
+    int sampled = 0;
+    if (dict) {
+        case_known(dict, known, reader->errors);
+        cache = case_word(dict, "cache", cache, 0, reader->errors);
+    }
+    for (const surface *s = reader->storage->surfaces; s; s = s->next) sampled |= s->samples;
+    if (!cache || !sampled || strcmp(cache, "none") == 0) return;
+    char path[4096];
+    snprintf(path, sizeof path, "%s%s%s", *cache == '/' ? "" : reader->directory,
+             *cache == '/' ? "" : "/", cache);
+    reader->param->sdf_cache = keep_text(reader, path);
+}
+
+static void read_laws(particle_reader *reader)
+{
+    static const char *const laws[] = {[DEM_LINEAR] = "linear", [DEM_HERTZ] = "hertz", NULL};
+    static const char *const rolling[] = {[DEM_ROLLING_NONE] = "none",
+                                          [DEM_ROLLING_CONSTANT] = "constantTorque",
+                                          [DEM_ROLLING_EPSD] = "elasticPlastic",
+                                          NULL};
+    static const char *const cohesion[] = {
+        [DEM_COHESION_NONE] = "none", [DEM_COHESION_SJKR] = "sjkr", NULL};
+    dem_param *param = reader->param;
+    const case_dict *dict = reader->dict;
+    param->law = (dem_law)case_choice(dict, "contactLaw", laws, -1, reader->errors);
+    param->rolling =
+        (dem_rolling)case_choice(dict, "rolling", rolling, DEM_ROLLING_NONE, reader->errors);
+    param->cohesion =
+        (dem_cohesion)case_choice(dict, "cohesion", cohesion, DEM_COHESION_NONE, reader->errors);
+    param->balance = case_bool(dict, "balance", &(int){0}, reader->errors);
+}
+
 void case_read_dem(const case_dict *dict, const char *directory, const case_mesh *mesh,
                    const double gravity[3], case_dem *dem, case_errors *errors)
 {
-    static const char *const known[] = {"contactLaw", "materials", "contacts", "walls", "insertion",
-                                        "timeStep",   "neighbour", "domain",   NULL};
-    static const char *const laws[] = {[DEM_LINEAR] = "linear", [DEM_HERTZ] = "hertz", NULL};
+    static const char *const known[] = {
+        "contactLaw", "rolling", "cohesion", "materials", "contacts", "walls",   "sdf", "insertion",
+        "feeders",    "outlets", "timeStep", "neighbour", "domain",   "balance", NULL};
     store *store = store_new();
     particle_storage *storage = store_alloc(store, sizeof *storage);
     storage->store = store;
@@ -164,11 +180,14 @@ void case_read_dem(const case_dict *dict, const char *directory, const case_mesh
                               .errors = errors};
     memcpy(dem->param.gravity, gravity, sizeof dem->param.gravity);
     case_known(dict, known, errors);
-    dem->param.law = (dem_law)case_choice(dict, "contactLaw", laws, -1, errors);
+    read_laws(&reader);
     read_domain(&reader);
     read_materials(&reader);
     read_walls(&reader);
+    read_sdf(&reader);
     read_insertions(&reader);
+    read_feeders(&reader);
+    read_outlets(&reader);
     read_contacts(&reader);
     read_time_step(&reader);
     read_neighbour(&reader);
@@ -182,6 +201,10 @@ void case_dem_free(case_dem *dem, int shapes)
     for (size_t i = 0; shapes && i < dem->param.n_wall; i++) dem_sdf_free(dem->param.wall[i].shape);
     for (size_t i = 0; shapes && i < dem->param.n_insertion; i++)
         dem_sdf_free(dem->param.insertion[i].region);
+    for (size_t i = 0; shapes && i < dem->param.n_feeder; i++)
+        dem_sdf_free(dem->param.feeder[i].region);
+    for (size_t i = 0; shapes && i < dem->param.n_outlet; i++)
+        dem_sdf_free(dem->param.outlet[i].region);
     store_free(storage->store);
     *dem = (case_dem){0};
 }

@@ -158,6 +158,76 @@ static void refused_materials(void **unused)
     assert_variant_says("contacts", "contact", "contacts: missing");
 }
 
+/* `old` replaced by `new` in the plain dictionary is read, with `note` among the notes. */
+static void read_variant(const char *old, const char *new, const char *note, dem_param *param)
+{
+    fixture f = fixture_new();
+    case_dem dem;
+    char *text = replaced(plain, old, new);
+    read_in(&f, text, NULL, NULL, &dem);
+    assert_clean(f.errors);
+    assert_non_null(strstr(case_notes_text(f.errors), note));
+    assert_int_equal(*note == '\0', *case_notes_text(f.errors) == '\0');
+    *param = dem.param; /* its numbers; what it points to is freed */
+    case_dem_free(&dem, 1);
+    free(text);
+    fixture_free(&f);
+}
+
+/* Rolling resistance, cohesion, balance, fixed step: chosen, defaults, and numbers without use. */
+static void models(void **unused)
+{
+    (void)unused;
+    dem_param p;
+    read_variant("contactLaw linear;", "contactLaw linear; balance yes;", "", &p);
+    assert_true(p.balance);
+    assert_int_equal(p.rolling, DEM_ROLLING_NONE);
+    assert_int_equal(p.cohesion, DEM_COHESION_NONE);
+    assert_near(p.fixed_step, 0, 0);
+    read_variant("maximum 1e-4", "fixed 2e-6", "", &p);
+    assert_near(p.fixed_step, 2e-6, 0);
+    assert_false(p.balance);
+    read_variant("friction .09", "friction .09; rollingFriction .01",
+                 "contacts[1].rollingFriction: has no effect with rolling none", &p);
+    read_variant("friction .09", "friction .09; cohesionEnergyDensity 1e4",
+                 "contacts[1].cohesionEnergyDensity: has no effect with cohesion none", &p);
+    assert_variant_says("contactLaw linear;", "contactLaw linear; rolling elasticPlastic;",
+                        "contacts[0].rollingFriction: missing; accepted: a number >= 0");
+    assert_variant_says("contactLaw linear;", "contactLaw linear; cohesion sjkr;",
+                        "contacts[0].cohesionEnergyDensity: missing; accepted: a number >= 0 in "
+                        "J/m3");
+    assert_variant_says("contactLaw linear;", "contactLaw linear; rolling elasticplastic;",
+                        "found 'elasticplastic'; accepted: none, constantTorque, elasticPlastic; "
+                        "did you mean 'elasticPlastic'?");
+    assert_variant_says("contactLaw linear;", "contactLaw linear; cohesion SJKR;",
+                        "accepted: none, sjkr");
+    assert_variant_says("maximum 1e-4", "fixed 0", "timeStep.fixed: found '0'");
+    char *both = replaced(plain, "friction .1;",
+                          "friction .1; rollingFriction .02; rollingDamping .4; "
+                          "cohesionEnergyDensity 5e3;");
+    char *all = replaced(both, "friction .09;",
+                         "friction .09; rollingFriction .01; cohesionEnergyDensity 1e3;");
+    char *text = replaced(all, "contactLaw linear;",
+                          "contactLaw linear; rolling elasticPlastic; cohesion sjkr;");
+    fixture f = fixture_new();
+    case_dem dem;
+    read_in(&f, text, NULL, NULL, &dem);
+    assert_clean(f.errors);
+    assert_int_equal(dem.param.rolling, DEM_ROLLING_EPSD);
+    assert_int_equal(dem.param.cohesion, DEM_COHESION_SJKR);
+    assert_near(dem.param.pair[0].rolling_friction, .02, 0);
+    assert_near(dem.param.pair[0].rolling_damping, .4, 0);
+    assert_near(dem.param.pair[0].cohesion, 5e3, 0);
+    assert_near(dem.param.pair[2].rolling_friction, .01, 0);
+    assert_near(dem.param.pair[2].rolling_damping, .3, 0); /* default */
+    assert_near(dem.param.pair[1].cohesion, 1e3, 0);
+    case_dem_free(&dem, 1);
+    fixture_free(&f);
+    free(both);
+    free(all);
+    free(text);
+}
+
 static void refused_walls(void **unused)
 {
     (void)unused;
@@ -361,10 +431,15 @@ static void coupling_values(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_values),         cmocka_unit_test(defaults),
-        cmocka_unit_test(refused_materials),  cmocka_unit_test(refused_walls),
-        cmocka_unit_test(refused_insertions), cmocka_unit_test(positions),
-        cmocka_unit_test(mesh_and_particles), cmocka_unit_test(coupling_values),
+        cmocka_unit_test(all_values),
+        cmocka_unit_test(defaults),
+        cmocka_unit_test(refused_materials),
+        cmocka_unit_test(refused_walls),
+        cmocka_unit_test(refused_insertions),
+        cmocka_unit_test(positions),
+        cmocka_unit_test(mesh_and_particles),
+        cmocka_unit_test(coupling_values),
+        cmocka_unit_test(models),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
