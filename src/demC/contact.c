@@ -4,7 +4,7 @@
  *
  * Matching goes through the permutation of the sort: the pair (i, j) becomes (place[i], place[j]);
  * then looked up in its row. Where the order within a
- * pair swaps, the spring, a force on the first of the two, changes sign.
+ * pair swaps, the springs, force and torque on the first of the two, change sign.
  */
 #include "contact.h"
 
@@ -14,6 +14,7 @@
 void contacts_free(contacts *c)
 {
     free(c->spring);
+    free(c->rolling);
     free(c->touch);
     free(c->saved);
     memset(c, 0, sizeof *c);
@@ -37,6 +38,7 @@ dem_status contacts_save(contacts *c, const neighbour *list, size_t n)
             if (!c->touch[k]) continue;
             saved_contact *s = &c->saved[c->n_saved++];
             memcpy(s->spring, c->spring[k], sizeof s->spring);
+            if (c->rolls) memcpy(s->rolling, c->rolling[k], sizeof s->rolling);
             s->i = (uint32_t)i;
             s->j = list->entry[k] & NEIGHBOUR_MASK;
         }
@@ -49,12 +51,14 @@ static dem_status reserve(contacts *c, size_t entries)
     size_t room = entries + entries / 4;
     void *spring = NULL;
     free(c->spring);
+    free(c->rolling);
     free(c->touch);
-    c->spring = NULL;
+    c->spring = c->rolling = NULL;
     c->capacity = 0;
     c->touch = malloc(room);
     if (!c->touch || posix_memalign(&spring, 64, room * sizeof *c->spring)) return DEM_NO_MEMORY;
     c->spring = spring;
+    if (c->rolls && !(c->rolling = malloc(room * sizeof *c->rolling))) return DEM_NO_MEMORY;
     c->capacity = room;
     return DEM_OK;
 }
@@ -68,6 +72,7 @@ dem_status contacts_restore(contacts *c, const neighbour *list, size_t n)
         /* Springs without the flag are never read as such, but are multiplied by it. */
         memset(c->touch, 0, entries);
         memset(c->spring, 0, entries * sizeof *c->spring);
+        if (c->rolls) memset(c->rolling, 0, entries * sizeof *c->rolling);
     }
     for (size_t s = 0; s < c->n_saved; s++) {
         const saved_contact *old = &c->saved[s];
@@ -81,8 +86,11 @@ dem_status contacts_restore(contacts *c, const neighbour *list, size_t n)
         }
         size_t k = neighbour_find(list, i, j);
         if (k == list->row[i + 1]) continue;
-        for (int a = 0; a < 3; a++) c->spring[k][a] = sign * old->spring[a];
-        c->spring[k][3] = old->spring[3];
+        for (int a = 0; a < 4; a++) {
+            double turn = a < 3 ? sign : 1;
+            c->spring[k][a] = turn * old->spring[a];
+            if (c->rolls) c->rolling[k][a] = turn * old->rolling[a];
+        }
         c->touch[k] = 1;
     }
     return DEM_OK;

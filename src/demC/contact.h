@@ -7,6 +7,9 @@
  * were last summed. A contact that ends loses its flag, and with it its history. Before the list
  * is rebuilt the touching pairs are saved; afterwards they are found again in the new rows. A
  * touching pair is always in the new list, so none can be lost.
+ *
+ * Elastic-plastic rolling resistance has a spring more (contact_extra.h: torque on i, contact
+ * radius in the fourth place), with slots of its own that exist only where it is in use.
  */
 #ifndef DEM_CONTACT_H
 #define DEM_CONTACT_H
@@ -14,13 +17,15 @@
 #include "neighbour.h"
 
 typedef struct saved_contact {
-    double spring[4];
+    double spring[4], rolling[4];
     uint32_t i, j;
 } saved_contact;
 
 typedef struct contacts {
-    double (*spring)[4]; /* [entry of the neighbour list] */
-    uint8_t *touch;      /* [entry] */
+    int rolls;            /* nonzero: there are rolling springs */
+    double (*spring)[4];  /* [entry of the neighbour list] */
+    double (*rolling)[4]; /* [entry], NULL unless `rolls` */
+    uint8_t *touch;       /* [entry] */
     size_t capacity;
     saved_contact *saved;
     size_t n_saved, saved_capacity;

@@ -70,6 +70,9 @@ typedef struct spring {
 typedef struct contact_force {
     double x, y, z;    /* on the particle, N; the partner gets the opposite */
     double tx, ty, tz; /* its tangential part, N */
+    double normal;     /* Fn, N, */
+    double elastic;    /* and the elastic part of it */
+    int slides;        /* Coulomb's limit is reached */
 } contact_force;
 
 /* Turn the spring into the tangent plane without changing its length. */
@@ -123,7 +126,8 @@ DEM_INLINE contact_force law_force(dem_law law, coefficient q, contact c, double
     s->y = slides ? fy : t.y;
     s->z = slides ? fz : t.z;
     s->a = a;
-    return (contact_force){fx + fn * c.nx, fy + fn * c.ny, fz + fn * c.nz, fx, fy, fz};
+    return (contact_force){fx + fn * c.nx, fy + fn * c.ny, fz + fn * c.nz, fx, fy, fz, fn,
+                           elastic,        slides};
 }
 
 #endif

@@ -62,9 +62,11 @@ static dem_status copy_materials(dem_sim *sim, const dem_param *param)
     sim->material = malloc((n + 1) * sizeof *sim->material);
     sim->pair = malloc((pairs + 1) * sizeof *sim->pair);
     sim->table = malloc((pairs + 1) * sizeof *sim->table);
+    sim->resistance = malloc((pairs + 1) * sizeof *sim->resistance);
     sim->smallest_mass = malloc((n + 1) * sizeof *sim->smallest_mass);
     sim->smallest_radius = malloc((n + 1) * sizeof *sim->smallest_radius);
-    if (!sim->material || !sim->pair || !sim->table || !sim->smallest_mass || !sim->smallest_radius)
+    if (!sim->material || !sim->pair || !sim->table || !sim->resistance || !sim->smallest_mass ||
+        !sim->smallest_radius)
         return no_memory(sim);
     if (n) memcpy(sim->material, param->material, n * sizeof *sim->material);
     if (n) memcpy(sim->pair, param->pair, pairs * sizeof *sim->pair);
@@ -74,7 +76,21 @@ static dem_status copy_materials(dem_sim *sim, const dem_param *param)
             sim->table[a * n + b] = coefficient_of_pair(
                 param->law, &param->material[a], &param->material[b], &param->pair[a * n + b]);
     }
+    for (size_t k = 0; k < pairs; k++) sim->resistance[k] = resistance_of_pair(&param->pair[k]);
     return DEM_OK;
+}
+
+/* Models beyond the plain contact law. */
+static void choose_extras(dem_sim *sim, const dem_param *param)
+{
+    sim->extras = (extras){.law = param->law,
+                           .rolling = param->rolling,
+                           .cohesion = param->cohesion,
+                           .balance = param->balance != 0,
+                           .table = sim->resistance};
+    sim->any_extra = param->rolling || param->cohesion || param->balance;
+    sim->contacts.rolls = param->rolling == DEM_ROLLING_EPSD;
+    sim->balance.on = param->balance != 0;
 }
 
 static dem_status copy_param(dem_sim *sim, const dem_param *param)
@@ -88,9 +104,11 @@ static dem_status copy_param(dem_sim *sim, const dem_param *param)
     sim->time_step = param->time_step;
     sim->impact_speed = param->impact_speed;
     sim->skin = param->skin;
+    sim->fixed_step = param->fixed_step;
     neighbour_init(&sim->list, sim->lo, sim->hi, sim->periodic);
     dem_status status = copy_materials(sim, param);
     if (status) return status;
+    choose_extras(sim, param);
     if (walls_init(&sim->walls, param->n_wall, param->wall, sim->lo, sim->hi) ||
         particles_init(&sim->particles))
         return no_memory(sim);
@@ -167,6 +185,8 @@ void dem_free(dem_sim *sim)
     free(sim->material);
     free(sim->pair);
     free(sim->table);
+    free(sim->resistance);
+    balance_free(&sim->balance);
     free(sim->smallest_mass);
     free(sim->smallest_radius);
     if (sim->comm != MPI_COMM_NULL) MPI_Comm_free(&sim->comm);
@@ -219,11 +239,18 @@ static void sum_forces(dem_sim *sim, double dt, int last)
                          .radius = p->radius[0],
                          .only = sim->table[p->material[0] * (sim->n_material + 1)],
                          .dt = dt,
+                         .extras = sim->any_extra ? &sim->extras : NULL,
+                         .balance = sim->balance.on ? &sim->balance : NULL,
                          .survey = last};
     sum_pair_forces(&pairs, p, &sim->list, &sim->contacts);
-    wall_forces walls = {
-        .law = sim->law, .table = sim->table, .n_material = sim->n_material, .dt = dt};
+    wall_forces walls = {.law = sim->law,
+                         .table = sim->table,
+                         .n_material = sim->n_material,
+                         .dt = dt,
+                         .extras = pairs.extras,
+                         .balance = pairs.balance};
     sum_wall_forces(&walls, &sim->walls, p);
+    if (sim->balance.on) balance_springs(&sim->balance, &pairs.springs, &walls.springs);
     for (int a = 0; a < 3; a++) r->wall_impulse[a] += dt * walls.on_particles[a];
     r->contacts = (int64_t)pairs.contacts;
     r->wall_contacts = (int64_t)walls.contacts;
@@ -246,11 +273,14 @@ static dem_status step(dem_sim *sim, double dt, int last)
         if (walls_list(&sim->walls, p, margin, NULL)) return no_memory(sim);
     }
     double listed = MPI_Wtime();
+    if (sim->balance.on && balance_open(sim)) return DEM_NO_MEMORY;
     sum_forces(sim, dt, last);
     double summed = MPI_Wtime();
+    if (sim->balance.on) balance_summed(sim);
     motion m = {.dt = dt, .outside = sim->outside, .last = last};
     memcpy(m.gravity, sim->gravity, sizeof m.gravity);
     integrate(&m, p);
+    if (sim->balance.on) balance_moved(sim, dt);
     sim->speed = m.speed;
     sim->time += dt;
     walls_move(&sim->walls, sim->time);
@@ -269,6 +299,7 @@ static void clear_sums(dem_sim *sim)
     r->seconds_force = r->seconds_neighbour = r->seconds_other = 0;
     if (p->n) memset(p->gain, 0, p->n * sizeof *p->gain);
     walls_clear_loads(&sim->walls);
+    balance_clear(sim);
 }
 
 dem_status dem_advance(dem_sim *sim, double dt, int substeps)
@@ -300,6 +331,7 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     walls_average_loads(&sim->walls, substeps);
     particles_publish(&sim->particles, sim->lo, sim->hi, sim->periodic);
     report_sums(sim, dt);
+    balance_report(sim);
     sim->report.seconds_other += MPI_Wtime() - begin;
     return status;
 }

@@ -5,7 +5,9 @@
 #ifndef DEM_INTERNAL_H
 #define DEM_INTERNAL_H
 
+#include "balance.h"
 #include "contact.h"
+#include "contact_extra.h"
 #include "integrate.h"
 #include "material.h"
 #include "neighbour.h"
@@ -23,14 +25,18 @@ struct dem_sim {
     dem_law law;
     int n_material;
     dem_material *material;
-    dem_pair *pair;     /* [n_material * n_material] */
-    coefficient *table; /* likewise */
-    double steps_per_period, time_step, impact_speed, skin;
+    dem_pair *pair;         /* [n_material * n_material] */
+    coefficient *table;     /* likewise */
+    resistance *resistance; /* likewise */
+    double steps_per_period, time_step, impact_speed, skin, fixed_step;
+    extras extras;
+    int any_extra; /* the plain force loops do not do */
 
     particles particles;
     neighbour list;
     contacts contacts;
     walls walls;
+    balance balance;
     int owns_shapes; /* set when dem_new has succeeded */
 
     double smallest_any, median_radius, largest_radius; /* m; 0 without particles */

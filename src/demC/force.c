@@ -19,7 +19,9 @@
  *
  * The loop is compiled once for every law, with and without periodic sides, for equal and for
  * different particles, and for three generations of vector instructions; the choice is made once
- * in a call. All have the same source.
+ * in a call. All have the same source. Rolling resistance, cohesion and the balance
+ * (contact_extra.h) have loops of their own, for different particles; what they do stands between
+ * law and scatter, and the plain loops know nothing of it.
  */
 #include "force.h"
 
@@ -48,6 +50,15 @@ typedef struct block {
     coefficient q[BLOCK];                 /* unless uniform */
 } block;
 
+/* What the extras need besides. */
+typedef struct extra_block {
+    double before[BLOCK][4];  /* spring */
+    double rolling[BLOCK][4]; /* rolling spring */
+    double torque[BLOCK][3];  /* of the rolling resistance, on i */
+    double normal[BLOCK], elastic[BLOCK];
+    int slides[BLOCK];
+} extra_block;
+
 /* The pointers of the loop, so that no store makes the compiler read one again. */
 typedef struct arrays {
     const double (*restrict pos)[4];
@@ -59,6 +70,7 @@ typedef struct arrays {
     const double (*restrict shift)[4];
     double (*restrict spring)[4];
     uint8_t *restrict touch;
+    double (*rolling)[4]; /* NULL without elastic-plastic rolling resistance */
 } arrays;
 
 /* Entries begin..end-1 of row i: those that touch are appended to the block. */
@@ -119,7 +131,9 @@ DEM_INLINE void gather(block *b, const arrays *a, const pair_forces *job, int un
     }
 }
 
-DEM_INLINE void apply_law(block *restrict b, const pair_forces *job, dem_law law, int uniform)
+/* `x`, a literal NULL in the plain loops, keeps what the extras ask for. */
+DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair_forces *job,
+                          dem_law law, int uniform)
 {
     const coefficient only = job->only;
     const double mass = .5 * job->mass, radius = .5 * job->radius, dt = job->dt;
@@ -149,6 +163,11 @@ DEM_INLINE void apply_law(block *restrict b, const pair_forces *job, dem_law law
                      1};
         spring s = {b->spring[c][0], b->spring[c][1], b->spring[c][2], b->spring[c][3]};
         contact_force f = law_force(law, uniform ? only : b->q[c], t, dt, &s);
+        if (x) {
+            x->normal[c] = f.normal;
+            x->elastic[c] = f.elastic;
+            x->slides[c] = f.slides;
+        }
         b->overlap[c] = overlap;
         b->spring[c][0] = s.x;
         b->spring[c][1] = s.y;
@@ -180,6 +199,110 @@ DEM_INLINE void scatter(const block *b, const arrays *a, int uniform)
     }
 }
 
+/* ---- extras ---------------------------------------------------------------------------------- */
+
+/* Before gather(), which sets the flags. */
+static void gather_extra(const block *b, extra_block *x, const arrays *a)
+{
+    for (int c = 0; c < b->n; c++) {
+        uint32_t k = b->k[c];
+        for (int m = 0; m < 4; m++) {
+            x->before[c][m] = a->touch[k] ? a->spring[k][m] : 0;
+            if (a->rolling) x->rolling[c][m] = a->touch[k] ? a->rolling[k][m] : 0;
+        }
+    }
+}
+
+/* Force on i, -force on j; torque -l n x force on both. */
+static void book(double (*where)[6], uint32_t i, uint32_t j, const double n[3], double li,
+                 double lj, const double f[3])
+{
+    for (int a = 0; a < 3; a++) {
+        int s = (a + 1) % 3, t = (a + 2) % 3;
+        double cross = n[s] * f[t] - n[t] * f[s];
+        where[i][a] += f[a];
+        where[j][a] -= f[a];
+        where[i][3 + a] -= li * cross;
+        where[j][3 + a] -= lj * cross;
+    }
+}
+
+static extra_contact describe(const block *b, const extra_block *x, const arrays *a,
+                              const pair_forces *job, int c)
+{
+    uint32_t i = b->i[c], j = b->j[c];
+    const double *vi = a->vel[i], *vj = a->vel[j], *f = b->force[c], *s = b->spring[c];
+    double d = sqrt(b->d2[c]), fn = x->normal[c];
+    extra_contact e = {.c = {.nx = b->dx[c] / d,
+                             .ny = b->dy[c] / d,
+                             .nz = b->dz[c] / d,
+                             .overlap = b->overlap[c],
+                             .mass = b->mass[c],
+                             .radius = b->radius[c],
+                             .steepness = 1},
+                       .q = b->q[c],
+                       .dt = job->dt,
+                       .inertia = 1 / (vi[7] + vj[7]),
+                       .wx = vi[4] - vj[4],
+                       .wy = vi[5] - vj[5],
+                       .wz = vi[6] - vj[6],
+                       .area = lens_area(a->pos[i][3], a->pos[j][3], d),
+                       .after = {s[0], s[1], s[2], s[3]}};
+    e.r = job->extras->table[a->material[i] * job->n_material + a->material[j]];
+    s = x->before[c];
+    e.before = (spring){s[0], s[1], s[2], s[3]};
+    e.f = (contact_force){.tx = f[0] - fn * e.c.nx,
+                          .ty = f[1] - fn * e.c.ny,
+                          .tz = f[2] - fn * e.c.nz,
+                          .normal = fn,
+                          .elastic = x->elastic[c],
+                          .slides = x->slides[c]};
+    return e;
+}
+
+static void apply_extra(block *b, extra_block *x, const arrays *a, pair_forces *job)
+{
+    balance *kept = job->extras->balance ? job->balance : NULL;
+    for (int c = 0; c < b->n; c++) {
+        uint32_t i = b->i[c], j = b->j[c];
+        extra_contact e = describe(b, x, a, job, c);
+        double *m = x->rolling[c];
+        spring roll = {m[0], m[1], m[2], m[3]};
+        extra_force g = extra_law(job->law, job->extras, &e, &roll, &job->springs);
+        x->rolling[c][0] = roll.x;
+        x->rolling[c][1] = roll.y;
+        x->rolling[c][2] = roll.z;
+        x->rolling[c][3] = roll.a;
+        const double n[3] = {e.c.nx, e.c.ny, e.c.nz};
+        for (int k = 0; k < 3; k++) {
+            b->force[c][k] -= g.attraction * n[k];
+            x->torque[c][k] = g.torque[k];
+        }
+        if (!kept) continue;
+        double d = sqrt(b->d2[c]), li = .5 * (d + b->uneven[c]), lj = .5 * (d - b->uneven[c]);
+        book(kept->damped, i, j, n, li, lj, g.damped);
+        book(kept->slid, i, j, n, li, lj, g.slid);
+        for (int k = 0; k < 3; k++) {
+            kept->rolled[i][k] += g.rolled[k];
+            kept->rolled[j][k] -= g.rolled[k];
+        }
+    }
+}
+
+static void scatter_extra(const block *b, const extra_block *x, const arrays *a)
+{
+    for (int c = 0; c < b->n; c++) {
+        double *ti = a->force[b->i[c]] + 4, *tj = a->force[b->j[c]] + 4;
+        for (int k = 0; k < 3; k++) {
+            ti[k] += x->torque[c][k];
+            tj[k] -= x->torque[c][k];
+        }
+        if (a->rolling) memcpy(a->rolling[b->k[c]], x->rolling[c], sizeof x->rolling[c]);
+    }
+}
+
+/* ---- the loop -------------------------------------------------------------------------------- */
+
 /* Largest overlap / smaller radius in the block: r_j = (reach - uneven)/2. */
 static void survey(const block *b, pair_forces *job, int uniform)
 {
@@ -190,18 +313,22 @@ static void survey(const block *b, pair_forces *job, int uniform)
     }
 }
 
-DEM_INLINE void flush(block *b, const arrays *a, pair_forces *job, dem_law law, int uniform)
+DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, pair_forces *job, dem_law law,
+                      int uniform)
 {
+    if (x) gather_extra(b, x, a);
     gather(b, a, job, uniform);
-    apply_law(b, job, law, uniform);
+    apply_law(b, x, job, law, uniform);
+    if (x) apply_extra(b, x, a, job);
     scatter(b, a, uniform);
+    if (x) scatter_extra(b, x, a);
     if (job->survey) survey(b, job, uniform);
     job->contacts += (size_t)b->n;
     b->n = 0;
 }
 
-DEM_INLINE void pair_loop(pair_forces *job, const arrays *a, size_t n, dem_law law, int uniform,
-                          int periodic)
+DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, size_t n, dem_law law,
+                          int uniform, int periodic)
 {
     block b;
     b.n = 0;
@@ -210,10 +337,10 @@ DEM_INLINE void pair_loop(pair_forces *job, const arrays *a, size_t n, dem_law l
             size_t room = (size_t)(BLOCK - b.n);
             size_t end = row_end - k > room ? k + room : row_end;
             detect(&b, a, i, k, end, uniform, 2 * job->radius, periodic);
-            if (b.n == BLOCK) flush(&b, a, job, law, uniform);
+            if (b.n == BLOCK) flush(&b, x, a, job, law, uniform);
             k = end;
         }
-    flush(&b, a, job, law, uniform);
+    flush(&b, x, a, job, law, uniform);
 }
 
 typedef void pair_kernel(pair_forces *job, const arrays *a, size_t n);
@@ -221,22 +348,35 @@ typedef void pair_kernel(pair_forces *job, const arrays *a, size_t n);
 #define KERNEL(name, isa, law, uniform, periodic)                                                  \
     isa static void name(pair_forces *job, const arrays *a, size_t n)                              \
     {                                                                                              \
-        pair_loop(job, a, n, law, uniform, periodic);                                              \
+        pair_loop(job, NULL, a, n, law, uniform, periodic);                                        \
     }
+#define EXTRA_KERNEL(name, isa, law, periodic)                                                     \
+    isa static void name(pair_forces *job, const arrays *a, size_t n)                              \
+    {                                                                                              \
+        extra_block x;                                                                             \
+        pair_loop(job, &x, a, n, law, 0, periodic);                                                \
+    }
+/* [law][equal particles, different ones, extras][periodic] */
 #define KERNELS(suffix, isa)                                                                       \
     KERNEL(linear_##suffix, isa, DEM_LINEAR, 0, 0)                                                 \
     KERNEL(linear_periodic_##suffix, isa, DEM_LINEAR, 0, 1)                                        \
     KERNEL(linear_uniform_##suffix, isa, DEM_LINEAR, 1, 0)                                         \
     KERNEL(linear_uniform_periodic_##suffix, isa, DEM_LINEAR, 1, 1)                                \
+    EXTRA_KERNEL(linear_extra_##suffix, isa, DEM_LINEAR, 0)                                        \
+    EXTRA_KERNEL(linear_extra_periodic_##suffix, isa, DEM_LINEAR, 1)                               \
     KERNEL(hertz_##suffix, isa, DEM_HERTZ, 0, 0)                                                   \
     KERNEL(hertz_periodic_##suffix, isa, DEM_HERTZ, 0, 1)                                          \
     KERNEL(hertz_uniform_##suffix, isa, DEM_HERTZ, 1, 0)                                           \
     KERNEL(hertz_uniform_periodic_##suffix, isa, DEM_HERTZ, 1, 1)                                  \
-    static pair_kernel *const kernels_##suffix[2][2][2] = {                                        \
+    EXTRA_KERNEL(hertz_extra_##suffix, isa, DEM_HERTZ, 0)                                          \
+    EXTRA_KERNEL(hertz_extra_periodic_##suffix, isa, DEM_HERTZ, 1)                                 \
+    static pair_kernel *const kernels_##suffix[2][3][2] = {                                        \
         {{linear_##suffix, linear_periodic_##suffix},                                              \
-         {linear_uniform_##suffix, linear_uniform_periodic_##suffix}},                             \
+         {linear_uniform_##suffix, linear_uniform_periodic_##suffix},                              \
+         {linear_extra_##suffix, linear_extra_periodic_##suffix}},                                 \
         {{hertz_##suffix, hertz_periodic_##suffix},                                                \
-         {hertz_uniform_##suffix, hertz_uniform_periodic_##suffix}}};
+         {hertz_uniform_##suffix, hertz_uniform_periodic_##suffix},                                \
+         {hertz_extra_##suffix, hertz_extra_periodic_##suffix}}};
 
 KERNELS(plain, )
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -245,17 +385,17 @@ KERNELS(avx2, __attribute__((target("avx2,fma"))))
 KERNELS(avx512, __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma"))))
 #endif
 
-static pair_kernel *choose(dem_law law, int uniform, int periodic)
+static pair_kernel *choose(dem_law law, int kind, int periodic)
 {
     int hertz = law == DEM_HERTZ;
 #ifdef DEM_HAVE_X86
     if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512bw"))
-        return kernels_avx512[hertz][uniform][periodic];
+        return kernels_avx512[hertz][kind][periodic];
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        return kernels_avx2[hertz][uniform][periodic];
+        return kernels_avx2[hertz][kind][periodic];
 #endif
-    return kernels_plain[hertz][uniform][periodic];
+    return kernels_plain[hertz][kind][periodic];
 }
 
 void sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, contacts *c)
@@ -268,9 +408,11 @@ void sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, cont
                 list->entry,
                 (const double(*)[4])list->shift,
                 c->spring,
-                c->touch};
-    pair_kernel *kernel = choose(job->law, job->uniform != 0, list->any_periodic);
+                c->touch,
+                c->rolling};
+    pair_kernel *kernel = choose(job->law, job->extras ? 2 : job->uniform != 0, list->any_periodic);
     job->contacts = 0;
     job->overlap = 0;
+    job->springs = (spring_energy){0};
     kernel(job, &a, p->n);
 }

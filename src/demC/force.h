@@ -5,8 +5,9 @@
 #ifndef DEM_FORCE_H
 #define DEM_FORCE_H
 
+#include "balance.h"
 #include "contact.h"
-#include "contact_law.h"
+#include "contact_extra.h"
 
 typedef struct pair_forces {
     dem_law law;
@@ -16,9 +17,12 @@ typedef struct pair_forces {
     double mass, radius; /* of each, if uniform, */
     coefficient only;    /* and of any two of them */
     double dt;
-    int survey;      /* nonzero: fill in `overlap` */
-    size_t contacts; /* out: touching pairs */
-    double overlap;  /* out: largest overlap / smaller radius */
+    const extras *extras;  /* models beyond the plain law, or NULL */
+    balance *balance;      /* where its parts go, if it is kept */
+    int survey;            /* nonzero: fill in `overlap` */
+    size_t contacts;       /* out: touching pairs */
+    double overlap;        /* out: largest overlap / smaller radius */
+    spring_energy springs; /* out, if the balance is kept */
 } pair_forces;
 
 /* Adds to p->force. */

@@ -36,3 +36,8 @@ coefficient coefficient_of_pair(dem_law law, const dem_material *a, const dem_ma
     return (coefficient){4. / 3 * effective_modulus(a, b), 8 * shear, sqrt(5) * ratio,
                          2 * sqrt(5. / 6) * ratio, pair->friction};
 }
+
+resistance resistance_of_pair(const dem_pair *pair)
+{
+    return (resistance){pair->rolling_friction, pair->rolling_damping, pair->cohesion};
+}

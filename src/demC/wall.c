@@ -99,7 +99,7 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
                 double gradient[3];
                 double phi = distance_now(w, (int)k, part, p->pos[i], gradient);
                 if (!(phi < reach)) continue;
-                wall_entry e = {{0, 0, 0, 0}, (uint32_t)i, (int)k, part, 0};
+                wall_entry e = {{0}, {0}, (uint32_t)i, (int)k, part, 0};
                 while (old < w->n_before && by_particle(&w->before[old], &e) < 0) old++;
                 if (old < w->n_before && by_particle(&w->before[old], &e) == 0) e = w->before[old];
                 if ((status = append(w, &e))) return status;
@@ -143,9 +143,56 @@ static void keep_spring(const wall_body *b, spring s, double kept[4])
     kept[3] = s.a;
 }
 
+/* What of the extras' force loses energy, and the work of the wall that moves at u. */
+static void book(const wall_forces *job, const wall_body *body, uint32_t i, double phi,
+                 const contact *c, const extra_force *g, const contact_force *f, const double u[3])
+{
+    balance *b = job->balance;
+    const double n[3] = {c->nx, c->ny, c->nz}, dt = job->dt;
+    const double force[3] = {f->x, f->y, f->z};
+    for (int a = 0; a < 3; a++) {
+        int s = (a + 1) % 3, t = (a + 2) % 3;
+        double spin = body->moves ? body->now.spin[a] : 0;
+        b->damped[i][a] += g->damped[a];
+        b->damped[i][3 + a] -= phi * (n[s] * g->damped[t] - n[t] * g->damped[s]);
+        b->slid[i][a] += g->slid[a];
+        b->slid[i][3 + a] -= phi * (n[s] * g->slid[t] - n[t] * g->slid[s]);
+        b->rolled[i][a] += g->rolled[a];
+        b->damping += dt * g->damped[a] * u[a];
+        b->sliding += dt * g->slid[a] * u[a];
+        b->rolling += dt * g->rolled[a] * spin;
+        b->walls += dt * (force[a] * u[a] + g->torque[a] * spin);
+    }
+}
+
+/* Rolling resistance, cohesion, balance: added to the force `f` that law_force() has made of the
+ * contact in `x`; returns what is added to the torque in `torque`. */
+static void touch_extra(wall_forces *job, const wall_body *body, wall_entry *e, const particles *p,
+                        extra_contact *x, const double u[3], contact_force *f, double torque[3])
+{
+    const contact *c = &x->c;
+    const double *v = p->vel[e->particle], r = c->radius, phi = r - c->overlap;
+    const double still[3] = {0, 0, 0}, *spin = body->moves ? body->now.spin : still;
+    x->inertia = 1 / v[7];
+    x->wx = v[4] - spin[0];
+    x->wy = v[5] - spin[1];
+    x->wz = v[6] - spin[2];
+    x->area = M_PI * (r - phi) * (r + phi);
+    x->f = *f;
+    spring roll = {0, 0, 0, 0};
+    if (e->touch) roll = spring_in_space(body, e->rolling);
+    extra_force g = extra_law(job->law, job->extras, x, &roll, &job->springs);
+    keep_spring(body, roll, e->rolling);
+    f->x -= g.attraction * c->nx;
+    f->y -= g.attraction * c->ny;
+    f->z -= g.attraction * c->nz;
+    for (int a = 0; a < 3; a++) torque[a] += g.torque[a];
+    if (job->extras->balance) book(job, body, e->particle, phi, c, &g, f, u);
+}
+
 /* Force of a part on a particle; the torque is -phi n x F_t. */
-static contact_force touch(const wall_forces *job, const walls *w, const particles *p,
-                           wall_entry *e, double phi, const double g[3], double torque[3])
+static contact_force touch(wall_forces *job, const walls *w, const particles *p, wall_entry *e,
+                           double phi, const double g[3], double torque[3])
 {
     const wall_body *body = &w->body[e->wall];
     const double *x = p->pos[e->particle], *v = p->vel[e->particle], r = x[3];
@@ -167,13 +214,22 @@ static contact_force touch(const wall_forces *job, const walls *w, const particl
                  steep};
     spring s = {0, 0, 0, 0};
     if (e->touch) s = spring_in_space(body, e->spring);
-    coefficient q =
-        job->table[p->material[e->particle] * job->n_material + w->wall[e->wall].material];
-    contact_force f = law_force(job->law, q, c, job->dt, &s);
+    int pair = p->material[e->particle] * job->n_material + w->wall[e->wall].material;
+    spring before = s;
+    contact_force f = law_force(job->law, job->table[pair], c, job->dt, &s);
     keep_spring(body, s, e->spring);
     torque[0] = -phi * (ny * f.tz - nz * f.ty);
     torque[1] = -phi * (nz * f.tx - nx * f.tz);
     torque[2] = -phi * (nx * f.ty - ny * f.tx);
+    if (job->extras) {
+        extra_contact more = {.c = c,
+                              .q = job->table[pair],
+                              .r = job->extras->table[pair],
+                              .dt = job->dt,
+                              .before = before,
+                              .after = s};
+        touch_extra(job, body, e, p, &more, u, &f, torque);
+    }
     return f;
 }
 
@@ -192,6 +248,7 @@ void sum_wall_forces(wall_forces *job, walls *w, particles *p)
 {
     job->contacts = 0;
     job->overlap = 0;
+    job->springs = (spring_energy){0};
     memset(job->on_particles, 0, sizeof job->on_particles);
     for (size_t k = 0; k < w->n_entry; k++) {
         wall_entry *e = &w->entry[k];
@@ -211,7 +268,35 @@ void sum_wall_forces(wall_forces *job, walls *w, particles *p)
             job->on_particles[a] += force[a];
         }
         load_wall(&w->body[e->wall], p->pos[e->particle], force, torque);
+        if (job->balance) {
+            const double *x = p->pos[e->particle];
+            double *L = job->balance->wall_angular;
+            L[0] += job->dt * (x[1] * force[2] - x[2] * force[1] + torque[0]);
+            L[1] += job->dt * (x[2] * force[0] - x[0] * force[2] + torque[1]);
+            L[2] += job->dt * (x[0] * force[1] - x[1] * force[0] + torque[2]);
+        }
         job->contacts++;
         if (1 - phi / r > job->overlap) job->overlap = 1 - phi / r;
     }
+}
+
+double walls_elastic(const walls *w, const particles *p, const coefficient *table, int n_material,
+                     const extras *x, spring_energy *s)
+{
+    double sum = 0, gradient[3];
+    for (size_t k = 0; k < w->n_entry; k++) {
+        const wall_entry *e = &w->entry[k];
+        const double *pos = p->pos[e->particle], r = pos[3];
+        int pair = p->material[e->particle] * n_material + w->wall[e->wall].material;
+        if (e->touch) {
+            const double *m = x->rolling == DEM_ROLLING_EPSD ? e->rolling : NULL;
+            add_springs(x->law, table[pair], x->table[pair], r, e->spring, m, s);
+        }
+        double phi = distance_now(w, e->wall, e->part, pos, gradient);
+        if (!(phi < r)) continue;
+        double a = x->law == DEM_HERTZ ? sqrt(r * (r - phi)) : 1;
+        sum += normal_energy(x->law, table[pair].normal * a, r - phi);
+        if (x->cohesion == DEM_COHESION_SJKR) sum -= x->table[pair].cohesion * cap_volume(r, phi);
+    }
+    return sum;
 }

@@ -5,13 +5,15 @@
 #ifndef DEM_WALL_H
 #define DEM_WALL_H
 
-#include "contact_law.h"
+#include "balance.h"
+#include "contact_extra.h"
 #include "motion.h"
 #include "particles.h"
 
 /* A particle near a part of a wall: it may touch before the next rebuild. */
 typedef struct wall_entry {
-    double spring[4]; /* in the coordinates that the wall carries along */
+    double spring[4];  /* in the coordinates that the wall carries along */
+    double rolling[4]; /* rolling spring, likewise */
     uint32_t particle;
     int wall, part;
     int touch; /* when the forces were last summed */
@@ -44,9 +46,12 @@ typedef struct wall_forces {
     const coefficient *table; /* [n_material * n_material] */
     int n_material;
     double dt;
+    const extras *extras;   /* models beyond the plain law, or NULL */
+    balance *balance;       /* where its parts go, if it is kept */
     size_t contacts;        /* out */
     double overlap;         /* out: largest overlap / radius */
     double on_particles[3]; /* out: sum of the forces */
+    spring_energy springs;  /* out, if the balance is kept */
 } wall_forces;
 
 /* ---- wall_motion.c: walls in time ------------------------------------------------------------ */
@@ -78,5 +83,8 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
 double walls_overlap(const walls *w, size_t n, const double (*pos)[4]);
 /* Adds to p->force and to the loads of the walls. */
 void sum_wall_forces(wall_forces *job, walls *w, particles *p);
+/* Energy of normal springs and cohesion, J; the others are added to `s`. */
+double walls_elastic(const walls *w, const particles *p, const coefficient *table, int n_material,
+                     const extras *x, spring_energy *s);
 
 #endif
