@@ -330,7 +330,7 @@ static void stir(double skin, double (*x)[3], double impulse[3])
     spin[0].vector[0] = .2;
     spin[0].vector[2] = 1;
     spin[0].rate = 31;
-    spin[1].vector[2] = .3;
+    spin[1].vector[2] = 1.3;
     for (int k = 0; k < 3; k++) {
         dem_wall *w = &r.wall[r.param.n_wall++];
         const double c = cos(2.1 * k), s = sin(2.1 * k);
@@ -347,7 +347,7 @@ static void stir(double skin, double (*x)[3], double impulse[3])
     for (int i = 0; i < 512; i++) {
         const int c[3] = {i % 8, i / 8 % 8, i / 64};
         for (int a = 0; a < 3; a++) p[i][a] = .0123 * (c[a] - 3.5) + 1e-3 * sin(i + a);
-        p[i][2] += .055; /* the wheel gets there by its second motion */
+        p[i][2] += .09; /* the wheel gets there by its second motion, while nobody moves */
         radius[i] = .004 + .001 * (i % 3);
         material[i] = 0;
     }
