@@ -120,6 +120,7 @@ static dem_status check_parts(dem_sim *sim, const dem_param *param)
     }
     for (size_t k = 0; k < param->n_insertion; k++) {
         const dem_insertion *ins = &param->insertion[k];
+        if (ins->n_species > 0) continue; /* looked at where they are drawn */
         if (ins->material < 0 || (size_t)ins->material >= param->n_material)
             return fail(sim, DEM_BAD_ARGUMENT, "insertion %s: material %d is none of the %zu",
                         ins->name, ins->material, param->n_material);

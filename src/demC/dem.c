@@ -115,40 +115,23 @@ static dem_status copy_param(dem_sim *sim, const dem_param *param)
     return DEM_OK;
 }
 
-/* Particles of one insertion, alike but for position and velocity. */
-static dem_status add_alike(dem_sim *sim, const dem_insertion *ins, size_t n, const double (*x)[3],
-                            const double (*v)[3])
-{
-    double(*omega)[3] = malloc((n + 1) * sizeof *omega);
-    double *radius = malloc((n + 1) * sizeof *radius);
-    int *material = malloc((n + 1) * sizeof *material);
-    dem_status status = DEM_NO_MEMORY;
-    if (omega && radius && material) {
-        for (size_t i = 0; i < n; i++) {
-            memcpy(omega[i], ins->angular_velocity, sizeof omega[i]);
-            radius[i] = .5 * ins->diameter;
-            material[i] = ins->material;
-        }
-        status = dem_add(sim, n, x, v, (const double(*)[3])omega, radius, material, NULL);
-    } else
-        no_memory(sim);
-    free(omega);
-    free(radius);
-    free(material);
-    return status;
-}
-
 static dem_status run_insertion(dem_sim *sim, const dem_insertion *ins)
 {
-    double(*x)[3] = NULL, (*v)[3] = NULL;
-    size_t n = 0;
-    dem_view view = dem_particles(sim);
-    dem_status status =
-        insert_positions(ins, sim->lo, sim->hi, sim->periodic, view.n, view.x, view.radius, &x, &v,
-                         &n, sim->message, sizeof sim->message);
-    if (!status && n) status = add_alike(sim, ins, n, (const double(*)[3])x, (const double(*)[3])v);
-    free(x);
-    free(v);
+    const dem_view view = dem_particles(sim);
+    const insert_place place = {.lo = sim->lo,
+                                .hi = sim->hi,
+                                .periodic = sim->periodic,
+                                .n_old = view.n,
+                                .x_old = view.x,
+                                .r_old = view.radius,
+                                .n_material = (size_t)sim->n_material,
+                                .material = sim->material};
+    arrivals a;
+    dem_status status = insert_particles(ins, &place, &a, sim->message, sizeof sim->message);
+    if (!status)
+        status = dem_add(sim, a.n, (const double(*)[3])a.x, (const double(*)[3])a.v,
+                         (const double(*)[3])a.omega, a.radius, a.material, NULL);
+    arrivals_free(&a);
     return status;
 }
 

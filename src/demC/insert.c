@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * insert.c - positions and velocities of the particles that an insertion creates.
+ * insert.c - the particles that an insertion creates: positions, velocities, sizes, materials.
  *
  * Random: packing.c, in the region given by its signed distance function; spheres lie wholly within
- * the region and its bounding box. Where the bounding box covers a whole periodic direction, the
- * region is taken to go on through that side: its flat faces there and its box do not bound it, so
- * that a periodic cell fills evenly. Lattice: the points lo + (i + 1/2) spacing within the region.
- * List: the given points.
+ * the region and its bounding box. Of several species or of a distribution of sizes (size.c),
+ * particles are drawn until their number is reached, or until their own volumes come as near to the
+ * solid fraction as one particle allows, and placed from the largest to the smallest. Where the
+ * bounding box covers a whole periodic direction, the region is taken to go on through that side:
+ * its flat faces there and its box do not bound it, so that a periodic cell fills evenly. Lattice:
+ * the points lo + (i + 1/2) spacing within the region. List: the given points.
  *
  * The seed alone decides: its 64 bits are mixed (splitmix64: Steele, Lea & Flood, OOPSLA 2014,
  * doi:10.1145/2660193.2660195) down to the 32 that seed GSL's Mersenne twister, a generator of
@@ -14,6 +16,7 @@
  */
 #include "insert.h"
 #include "packing.h"
+#include "size.h"
 
 #include <gsl/gsl_randist.h>
 #include <math.h>
@@ -27,13 +30,15 @@ static const double PI = 3.14159265358979323846;
 /* One call's arguments and results. */
 typedef struct job {
     const dem_insertion *ins;
+    const dem_material *materials;
+    size_t n_material;
     packing_room room;
     size_t n_old;
     const double (*x_old)[3];
     const double *r_old;
     gsl_rng *rng;
-    double (*x)[3];
-    size_t n;
+    arrivals *made;
+    size_t n; /* of them */
     char *message;
     size_t size;
 } job;
@@ -55,79 +60,6 @@ static dem_status no_memory(job *j)
     return DEM_NO_MEMORY;
 }
 
-/* ---- volume of a region ---------------------------------------------------------------------- */
-
-enum { DEEPEST = 8 }; /* levels of the octree */
-
-/* Volume share of a box, half widths w, on the positive side of the plane phi + g.(x - centre) = 0:
- * the chance that phi + sum g_a w_a t_a > 0 with t_a uniform in (-1, 1), by the closed form of
- * the sum of uniform variables (inclusion and exclusion over the corners). */
-static double plane_share(double phi, const double g[3], const double w[3])
-{
-    double e[3], largest = 0., corner = phi, divisor = 1.;
-    int n = 0;
-    for (int a = 0; a < 3; a++) largest = fmax(largest, fabs(g[a]) * w[a]);
-    for (int a = 0; a < 3; a++) {
-        const double width = fabs(g[a]) * w[a];
-        if (width <= 1e-4 * largest) continue; /* a plane across this axis: cancellation */
-        e[n++] = 2. * width;
-        corner += width;
-        divisor *= n * 2. * width;
-    }
-    if (n == 0) return phi > 0. ? 1. : 0.;
-    double sum = 0.;
-    for (int bits = 0; bits < 1 << n; bits++) {
-        double value = corner, sign = 1.;
-        for (int a = 0; a < n; a++)
-            if (bits >> a & 1) {
-                value -= e[a];
-                sign = -sign;
-            }
-        if (value > 0.) sum += sign * pow(value, n);
-    }
-    return fmin(fmax(sum / divisor, 0.), 1.);
-}
-
-static double box_volume(const dem_sdf *region, const double lo[3], const double hi[3],
-                         const int skip[3], int level)
-{
-    double centre[3], w[3], g[3], nearest_g[3] = {1., 0., 0.}, phi = INFINITY;
-    for (int a = 0; a < 3; a++) {
-        centre[a] = .5 * (lo[a] + hi[a]);
-        w[a] = .5 * (hi[a] - lo[a]);
-    }
-    const double volume = 8. * w[0] * w[1] * w[2];
-    for (int part = 0; part < dem_sdf_parts(region); part++) {
-        const double value = dem_sdf_eval(region, part, centre, g);
-        int open = 0;
-        for (int a = 0; a < 3; a++) open |= skip[a] && fabs(g[a]) > 1. - 1e-12;
-        if (open || value >= phi) continue;
-        phi = value;
-        memcpy(nearest_g, g, sizeof g);
-    }
-    /* phi changes by no more than the distance: such a box is not cut. */
-    if (fabs(phi) >= sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])) return phi > 0. ? volume : 0.;
-    if (level == DEEPEST) return volume * plane_share(phi, nearest_g, w);
-    double sum = 0.;
-    for (int octant = 0; octant < 8; octant++) {
-        double low[3], high[3];
-        for (int a = 0; a < 3; a++) {
-            low[a] = octant >> a & 1 ? centre[a] : lo[a];
-            high[a] = octant >> a & 1 ? hi[a] : centre[a];
-        }
-        sum += box_volume(region, low, high, skip, level + 1);
-    }
-    return sum;
-}
-
-double insert_region_volume(const dem_sdf *region, const double lo[3], const double hi[3],
-                            const int skip[3])
-{
-    for (int a = 0; a < 3; a++)
-        if (!(hi[a] > lo[a])) return 0.;
-    return box_volume(region, lo, hi, skip, 0);
-}
-
 /* ---- random ---------------------------------------------------------------------------------- */
 
 static double sphere_volume(double diameter)
@@ -135,48 +67,50 @@ static double sphere_volume(double diameter)
     return PI / 6. * diameter * diameter * diameter;
 }
 
-/* Room of a random insertion: bounding box cut to the domain, sides open where it wraps. */
-static dem_status find_room(job *j)
+/* Room for n particles in all; alike ones are filled in. */
+static dem_status reserve(job *j, size_t n)
 {
-    const dem_insertion *ins = j->ins;
-    packing_room *room = &j->room;
-    for (int a = 0; a < 3; a++) {
-        const double length = room->hi[a] - room->lo[a];
-        const double slack = 1e-9 * length; /* the same bound written in two files */
-        room->low[a] = ins->lo[a];
-        room->high[a] = ins->hi[a];
-        room->filled[a] = room->periodic[a] && ins->hi[a] - ins->lo[a] >= length - slack;
-        if (room->filled[a] || !room->periodic[a]) {
-            room->low[a] = room->filled[a] ? room->lo[a] : fmax(ins->lo[a], room->lo[a]);
-            room->high[a] = room->filled[a] ? room->hi[a] : fmin(ins->hi[a], room->hi[a]);
-        }
-        if (room->periodic[a] && length < ins->diameter)
-            return refuse(j, "a particle of diameter %g m touches itself across the period %g m",
-                          ins->diameter, length);
-        if (!(room->high[a] > room->low[a]))
-            return refuse(j, "the region lies outside the domain (%c from %g to %g m)", "xyz"[a],
-                          ins -> lo[a], ins -> hi[a]);
+    const dem_status status = arrivals_reserve(j->made, n);
+    if (status) return no_memory(j);
+    for (size_t i = 0; i < n && j->ins->n_species == 0; i++) {
+        j->made->radius[i] = .5 * j->ins->diameter;
+        j->made->material[i] = j->ins->material;
     }
     return DEM_OK;
 }
 
-static dem_status find_number(job *j, double *volume, size_t *n)
+static dem_status find_room(job *j, double diameter)
+{
+    char reason[256];
+    const packing_room domain = j->room;
+    const dem_status status =
+        packing_find_room(&j->room, j->ins->region, j->ins->lo, j->ins->hi, domain.lo, domain.hi,
+                          domain.periodic, diameter, reason, sizeof reason);
+    return status ? refuse(j, "%s", reason) : DEM_OK;
+}
+
+static dem_status check_amount(job *j)
 {
     const dem_insertion *ins = j->ins;
-    *volume = insert_region_volume(ins->region, j->room.low, j->room.high, j->room.filled);
     if (ins->number < 0 && !(ins->solid_fraction >= 0. && ins->solid_fraction < 1.))
         return refuse(j, "solid fraction %g is not in [0, 1)", ins->solid_fraction);
+    return DEM_OK;
+}
+
+static dem_status find_number(job *j, double volume, size_t *n)
+{
+    const dem_insertion *ins = j->ins;
     const double wanted = ins->number >= 0
                               ? (double)ins->number
-                              : rint(ins->solid_fraction * *volume / sphere_volume(ins->diameter));
+                              : rint(ins->solid_fraction * volume / sphere_volume(ins->diameter));
     /* Kepler's bound for any packing, pi/sqrt(18) (Hales, Ann. Math. 162 (2005) 1065). */
-    const double fraction = wanted * sphere_volume(ins->diameter) / *volume;
+    const double fraction = wanted * sphere_volume(ins->diameter) / volume;
     if (wanted > 0. && !(fraction <= PI / sqrt(18.)))
         return refuse(
             j,
             "%.0f particles of diameter %g m are %.4g of the region's %g m3; no packing of "
             "equal spheres exceeds .7405",
-            wanted, ins->diameter, fraction, *volume);
+            wanted, ins->diameter, fraction, volume);
     *n = (size_t)wanted;
     return DEM_OK;
 }
@@ -184,8 +118,8 @@ static dem_status find_number(job *j, double *volume, size_t *n)
 /* All n spheres, or as many of them as `placed` says. */
 static dem_status pack(job *j, size_t n, int64_t *placed, double *overlap)
 {
-    const dem_status status = packing_random(&j->room, .5 * j->ins->diameter, n, j->n_old, j->x_old,
-                                             j->r_old, j->rng, j->x, placed, overlap);
+    const dem_status status = packing_random(&j->room, n, j->made->radius, j->n_old, j->x_old,
+                                             j->r_old, j->rng, j->made->x, placed, overlap);
     if (status == DEM_NO_MEMORY) return no_memory(j);
     if (status != DEM_OK) return refuse(j, "%zu particles are too many for one rank", n);
     return DEM_OK;
@@ -210,21 +144,133 @@ static dem_status refuse_crowd(job *j, double volume, int64_t placed, double ove
                   (double)placed * share);
 }
 
-static dem_status place_random(job *j)
+static dem_status place_alike(job *j)
 {
-    double volume, overlap;
+    double overlap;
     int64_t placed;
-    dem_status status = find_room(j);
-    if (status == DEM_OK) status = find_number(j, &volume, &j->n);
+    dem_status status = find_room(j, j->ins->diameter);
+    if (status == DEM_OK) status = check_amount(j);
+    const double volume =
+        status ? 0.
+               : insert_region_volume(j->ins->region, j->room.low, j->room.high, j->room.filled);
+    if (status == DEM_OK) status = find_number(j, volume, &j->n);
+    if (status == DEM_OK) status = reserve(j, j->n);
     if (status != DEM_OK || j->n == 0) return status;
-    j->x = malloc(j->n * sizeof *j->x);
-    if (j->x == NULL) return no_memory(j);
     status = pack(j, j->n, &placed, &overlap);
     if (status != DEM_OK) return status;
     if (placed < 0)
         return refuse(j, "the region has no room for a particle of diameter %g m",
                       j->ins->diameter);
     return placed < (int64_t)j->n ? refuse_crowd(j, volume, placed, overlap) : DEM_OK;
+}
+
+/* ---- random, of several sizes ---------------------------------------------------------------- */
+
+typedef struct ball {
+    double radius;
+    int material;
+    size_t turn;
+} ball;
+
+static int large_first(const void *left, const void *right)
+{
+    const ball *a = left, *b = right;
+    if (a->radius != b->radius) return a->radius > b->radius ? -1 : 1;
+    return (a->turn > b->turn) - (a->turn < b->turn);
+}
+
+/* Draw particles until their number or the wanted volume is reached. */
+static dem_status draw_balls(job *j, mixture *m, double wanted, ball **balls, double *volume)
+{
+    size_t capacity = 0;
+    *volume = 0.;
+    for (j->n = 0; j->ins->number < 0 || (int64_t)j->n < j->ins->number; j->n++) {
+        if (j->n == capacity) {
+            capacity = 2 * capacity + 1024;
+            ball *grown = realloc(*balls, capacity * sizeof *grown);
+            if (grown == NULL) return no_memory(j);
+            *balls = grown;
+        }
+        double diameter;
+        ball *b = &(*balls)[j->n];
+        mixture_draw(m, j->rng, &diameter, &b->material);
+        b->radius = .5 * diameter;
+        b->turn = j->n;
+        const double v = sphere_volume(diameter);
+        if (j->ins->number < 0 && *volume + .5 * v > wanted) break;
+        *volume += v;
+    }
+    return DEM_OK;
+}
+
+static dem_status place_balls(job *j, ball *balls, double solid, double volume)
+{
+    double overlap;
+    int64_t placed;
+    if (j->n == 0) return DEM_OK;
+    qsort(balls, j->n, sizeof *balls, large_first);
+    dem_status status = reserve(j, j->n);
+    for (size_t i = 0; i < j->n && status == DEM_OK; i++) {
+        j->made->radius[i] = balls[i].radius;
+        j->made->material[i] = balls[i].material;
+    }
+    if (status == DEM_OK) status = pack(j, j->n, &placed, &overlap);
+    if (status != DEM_OK) return status;
+    if (placed < 0)
+        return refuse(j, "the region has no room for a particle of diameter %g m",
+                      2. * balls[0].radius);
+    if (placed < (int64_t)j->n)
+        return refuse(j,
+                      "%zu particles of diameters %g to %g m (solid fraction %.3f of the region's "
+                      "%g m3) do not fit: %lld of them could be placed without overlap",
+                      j->n, 2. * balls[j->n - 1].radius, 2. * balls[0].radius, solid / volume,
+                      volume, (long long)placed);
+    return DEM_OK;
+}
+
+/* Drawing as many takes all memory before it fails. */
+static dem_status check_volume(job *j, const mixture *m, double volume, double wanted)
+{
+    const double number = j->ins->number >= 0 ? (double)j->ins->number : wanted / m->volume;
+    if (number * m->volume > volume)
+        return refuse(j,
+                      "%.0f particles of mean volume %g m3 have more volume than the region, %g m3",
+                      number, m->volume, volume);
+    if (number > 2e9) return refuse(j, "%.3g particles are too many for one rank", number);
+    return DEM_OK;
+}
+
+static dem_status place_mixture(job *j, mixture *m)
+{
+    dem_status status = find_room(j, m->largest);
+    if (status == DEM_OK) status = check_amount(j);
+    if (status != DEM_OK) return status;
+    const double volume =
+        insert_region_volume(j->ins->region, j->room.low, j->room.high, j->room.filled);
+    const double wanted = j->ins->number < 0 ? j->ins->solid_fraction * volume : INFINITY;
+    ball *balls = NULL;
+    double solid;
+    status = check_volume(j, m, volume, wanted);
+    mixture_start(m, j->rng);
+    if (status == DEM_OK) status = draw_balls(j, m, wanted, &balls, &solid);
+    if (status == DEM_OK) status = place_balls(j, balls, solid, volume);
+    free(balls);
+    return status;
+}
+
+static dem_status place_random(job *j)
+{
+    const dem_insertion *ins = j->ins;
+    if (ins->n_species == 0) return place_alike(j);
+    mixture m;
+    char reason[256];
+    const dem_status status = mixture_init(&m, ins->n_species, ins->species, ins->share_by_mass,
+                                           j->n_material, j->materials, reason, sizeof reason);
+    if (status == DEM_NO_MEMORY) return no_memory(j);
+    if (status != DEM_OK) return refuse(j, "%s", reason);
+    const dem_status placed = place_mixture(j, &m);
+    mixture_free(&m);
+    return placed;
 }
 
 /* ---- lattice and list ------------------------------------------------------------------------ */
@@ -249,24 +295,24 @@ static dem_status count_lattice(job *j, size_t count[3])
 
 static dem_status check_lattice(job *j)
 {
+    const double(*x)[3] = (const double(*)[3])j->made->x;
     const double radius = .5 * j->ins->diameter;
     for (size_t i = 0; i < j->n; i++)
         for (int a = 0; a < 3; a++)
-            if (!j->room.periodic[a] && (j->x[i][a] < j->room.lo[a] || j->x[i][a] > j->room.hi[a]))
-                return refuse(j, "lattice point (%g %g %g) m lies outside the domain", j->x[i][0],
-                              j->x[i][1], j->x[i][2]);
+            if (!j->room.periodic[a] && (x[i][a] < j->room.lo[a] || x[i][a] > j->room.hi[a]))
+                return refuse(j, "lattice point (%g %g %g) m lies outside the domain", x[i][0],
+                              x[i][1], x[i][2]);
     size_t first;
     /* A spacing of just one diameter is good, whatever rounding makes of it. */
-    const dem_status status =
-        packing_first_overlap(&j->room, radius, j->n, (const double(*)[3])j->x, j->n_old, j->x_old,
-                              j->r_old, 1e-9, &first);
+    const dem_status status = packing_first_overlap(&j->room, radius, j->n, x, j->n_old, j->x_old,
+                                                    j->r_old, 1e-9, &first);
     if (status == DEM_NO_MEMORY) return no_memory(j);
     if (status != DEM_OK) return refuse(j, "%zu particles are too many for one rank", j->n);
     if (first < j->n)
         return refuse(j,
                       "the particle at lattice point (%g %g %g) m, diameter %g m, overlaps with "
                       "another one: the spacing is too small or the place is taken",
-                      j->x[first][0], j->x[first][1], j->x[first][2], j->ins->diameter);
+                      x[first][0], x[first][1], x[first][2], j->ins->diameter);
     return DEM_OK;
 }
 
@@ -277,11 +323,11 @@ static dem_status place_lattice(job *j)
     dem_status status = count_lattice(j, count);
     const size_t total = status == DEM_OK ? count[0] * count[1] * count[2] : 0;
     if (total == 0) return status;
-    j->x = malloc(total * sizeof *j->x);
-    if (j->x == NULL) return no_memory(j);
+    status = reserve(j, total);
+    if (status != DEM_OK) return status;
     for (size_t p = 0; p < total; p++) {
         const size_t index[3] = {p % count[0], p / count[0] % count[1], p / (count[0] * count[1])};
-        double *x = j->x[j->n];
+        double *x = j->made->x[j->n];
         for (int a = 0; a < 3; a++) x[a] = ins->lo[a] + ((double)index[a] + .5) * ins->spacing[a];
         const double slack = 1e-9 * fmin(fmin(ins->spacing[0], ins->spacing[1]), ins->spacing[2]);
         if (dem_sdf_distance(ins->region, x) >= -slack) j->n++;
@@ -292,22 +338,54 @@ static dem_status place_lattice(job *j)
 static dem_status place_list(job *j)
 {
     if (j->ins->n == 0) return DEM_OK;
-    j->x = malloc(j->ins->n * sizeof *j->x);
-    if (j->x == NULL) return no_memory(j);
-    memcpy(j->x, j->ins->x, j->ins->n * sizeof *j->x);
+    const dem_status status = reserve(j, j->ins->n);
+    if (status != DEM_OK) return status;
+    memcpy(j->made->x, j->ins->x, j->ins->n * sizeof *j->made->x);
     j->n = j->ins->n;
     return DEM_OK;
 }
 
 /* ---- public ---------------------------------------------------------------------------------- */
 
-static unsigned long mix(uint64_t seed)
+gsl_rng *insert_generator(uint64_t seed)
 {
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    if (rng == NULL) return NULL;
     uint64_t z = seed + 0x9e3779b97f4a7c15u;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     z ^= z >> 31;
-    return (unsigned long)(z & 0xffffffffu);
+    gsl_rng_set(rng, (unsigned long)(z & 0xffffffffu));
+    return rng;
+}
+
+dem_status arrivals_reserve(arrivals *a, size_t n)
+{
+    if (n <= a->capacity) return DEM_OK;
+    const size_t room = n + n / 2;
+    double(*x)[3] = realloc(a->x, room * sizeof *x);
+    if (x) a->x = x;
+    double(*v)[3] = realloc(a->v, room * sizeof *v);
+    if (v) a->v = v;
+    double(*omega)[3] = realloc(a->omega, room * sizeof *omega);
+    if (omega) a->omega = omega;
+    double *radius = realloc(a->radius, room * sizeof *radius);
+    if (radius) a->radius = radius;
+    int *material = realloc(a->material, room * sizeof *material);
+    if (material) a->material = material;
+    if (!x || !v || !omega || !radius || !material) return DEM_NO_MEMORY;
+    a->capacity = room;
+    return DEM_OK;
+}
+
+void arrivals_free(arrivals *a)
+{
+    free(a->x);
+    free(a->v);
+    free(a->omega);
+    free(a->radius);
+    free(a->material);
+    memset(a, 0, sizeof *a);
 }
 
 static void wrap(job *j)
@@ -316,19 +394,22 @@ static void wrap(job *j)
         if (!j->room.periodic[a]) continue;
         const double lo = j->room.lo[a], length = j->room.hi[a] - lo;
         for (size_t i = 0; i < j->n; i++) {
-            double *x = &j->x[i][a];
+            double *x = &j->made->x[i][a];
             *x -= length * floor((*x - lo) / length);
             if (*x >= j->room.hi[a]) *x = lo; /* a step below lo rounds to hi */
         }
     }
 }
 
-static dem_status run(job *j, double (**v)[3])
+static dem_status run(job *j)
 {
     const dem_insertion *ins = j->ins;
     dem_status status;
     if (ins->kind != DEM_INSERT_LIST && ins->region == NULL) return refuse(j, "has no region");
-    if (!(ins->diameter > 0.)) return refuse(j, "diameter %g m is not positive", ins->diameter);
+    if (ins->n_species > 0 && ins->kind != DEM_INSERT_RANDOM)
+        return refuse(j, "only a random insertion may have several species or sizes");
+    if (ins->n_species == 0 && !(ins->diameter > 0.))
+        return refuse(j, "diameter %g m is not positive", ins->diameter);
     switch (ins->kind) {
     case DEM_INSERT_RANDOM:
         status = place_random(j);
@@ -342,44 +423,43 @@ static dem_status run(job *j, double (**v)[3])
     default:
         return refuse(j, "unknown kind %d", (int)ins->kind);
     }
-    if (status != DEM_OK || j->n == 0) return status;
+    if (status != DEM_OK) return status;
     wrap(j);
-    *v = malloc(j->n * sizeof **v);
-    if (*v == NULL) return no_memory(j);
     for (size_t i = 0; i < j->n; i++)
-        for (int a = 0; a < 3; a++)
-            (*v)[i][a] =
-                ins->velocity[a] +
-                (ins->velocity_spread > 0. ? gsl_ran_gaussian(j->rng, ins->velocity_spread) : 0.);
+        insert_velocity(j->rng, ins->velocity, ins->velocity_spread, j->made->v[i]);
+    for (size_t i = 0; i < j->n; i++)
+        memcpy(j->made->omega[i], ins->angular_velocity, sizeof *j->made->omega);
+    j->made->n = j->n;
     return DEM_OK;
 }
 
-dem_status insert_positions(const dem_insertion *ins, const double lo[3], const double hi[3],
-                            const int periodic[3], size_t n_old, const double (*x_old)[3],
-                            const double *r_old, double (**x)[3], double (**v)[3], size_t *n,
+void insert_velocity(const gsl_rng *rng, const double mean[3], double spread, double v[3])
+{
+    for (int a = 0; a < 3; a++) v[a] = mean[a] + (spread > 0. ? gsl_ran_gaussian(rng, spread) : 0.);
+}
+
+dem_status insert_particles(const dem_insertion *ins, const insert_place *place, arrivals *made,
                             char *message, size_t size)
 {
-    job j = {.ins = ins, .n_old = n_old, .x_old = x_old, .r_old = r_old, .message = message};
-    j.size = size;
+    job j = {.ins = ins,
+             .materials = place->material,
+             .n_material = place->n_material,
+             .n_old = place->n_old,
+             .x_old = place->x_old,
+             .r_old = place->r_old,
+             .made = made,
+             .message = message,
+             .size = size};
     j.room.region = ins->region;
-    memcpy(j.room.lo, lo, sizeof j.room.lo);
-    memcpy(j.room.hi, hi, sizeof j.room.hi);
-    memcpy(j.room.periodic, periodic, sizeof j.room.periodic);
+    memcpy(j.room.lo, place->lo, sizeof j.room.lo);
+    memcpy(j.room.hi, place->hi, sizeof j.room.hi);
+    memcpy(j.room.periodic, place->periodic, sizeof j.room.periodic);
     if (size > 0) message[0] = '\0';
-    *x = *v = NULL;
-    *n = 0;
-    j.rng = gsl_rng_alloc(gsl_rng_mt19937);
+    memset(made, 0, sizeof *made);
+    j.rng = insert_generator(ins->seed);
     if (j.rng == NULL) return no_memory(&j);
-    gsl_rng_set(j.rng, mix(ins->seed));
-    const dem_status status = run(&j, v);
+    const dem_status status = run(&j);
     gsl_rng_free(j.rng);
-    if (status != DEM_OK || j.n == 0) {
-        free(j.x);
-        free(*v);
-        *v = NULL;
-        return status;
-    }
-    *x = j.x;
-    *n = j.n;
-    return DEM_OK;
+    if (status != DEM_OK) arrivals_free(made);
+    return status;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * packing.c - random positions of equal spheres without overlap, loose or dense.
+ * packing.c - random positions of spheres without overlap, loose or dense.
  *
  * Two stages. (1) Random sequential addition: a centre is drawn uniformly in the room and kept if
  * it is clear of all before it. As long as this succeeds the result is the plain uniform one; it
@@ -13,15 +13,20 @@
  * random configuration relax to zero. A sweep aims at a diameter larger by MARGIN, so that the end
  * is reached in finitely many.
  *
- * Data: new spheres first, then the fixed ones, in one array; a linked-cell grid (head of each
- * cell, next of each sphere) for the search, and in stage 2 a list of near pairs, made anew when a
- * sphere has moved half its reserve. Cost is linear in the number of spheres. Nothing depends on
- * anything but the arguments and the state of the generator.
+ * Of two spheres pushed apart each moves by the volume share of the other, equal ones by halves.
+ *
+ * Data: new spheres first, then the fixed ones, in one array; linked cells for every size (grid.h)
+ * for the search, and in stage 2 a list of near pairs, made anew when a sphere has moved half its
+ * reserve. Cost is linear in the number of spheres. Nothing depends on anything but the arguments
+ * and the state of the generator.
  */
 #include "packing.h"
 
+#include <gsl/gsl_statistics_double.h>
 #include <limits.h>
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -34,26 +39,64 @@ enum { DRAWS = 4000000 };
  * overlap nor lessen the sum of overlaps by a twentieth. Dense packings (.60) need some hundred
  * sweeps. */
 enum { MOST_SWEEPS = 20000, STALL = 500 };
-static const double MARGIN = 1e-3;   /* of the diameter: three thousandths of the solid fraction */
-static const double RESERVE = .3;    /* of the diameter: reach of the pair list beyond contact */
-static const double ROUNDING = 1e-9; /* spheres are apart by this much of their distance */
+static const double MARGIN = 1e-3; /* of the diameter: three thousandths of the solid fraction */
+static const double RESERVE =
+    .3; /* of the median diameter: reach of the pair list beyond contact */
+const double packing_apart = -1e-9; /* of the distance of touching */
 
 typedef struct packing {
     const packing_room *room;
     size_t n, all;       /* new spheres, new and fixed */
     double (*x)[3];      /* [all] */
     double *r;           /* [all] */
-    double reach;        /* largest distance of a pair that is looked for, m */
-    int cells[3];        /* linked cells over the domain */
-    double per_m[3];     /* cells per metre */
-    int *head, *next;    /* first sphere of a cell, next sphere in the same cell; -1 ends */
+    double largest;      /* radius, m */
+    grid grid;           /* over the domain */
     double (*origin)[3]; /* [n] positions at which the pair list was made */
     size_t *offset;      /* [n+1] pairs of sphere i: partner[offset[i] .. offset[i+1]) */
     int *partner;
     size_t capacity;
 } packing;
 
-/* ---- geometry -------------------------------------------------------------------------------- */
+/* ---- the room -------------------------------------------------------------------------------- */
+
+__attribute__((format(printf, 3, 4))) static dem_status refuse(char *reason, size_t size,
+                                                               const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    vsnprintf(reason, size, format, list);
+    va_end(list);
+    return DEM_BAD_ARGUMENT;
+}
+
+dem_status packing_find_room(packing_room *room, const dem_sdf *region, const double low[3],
+                             const double high[3], const double lo[3], const double hi[3],
+                             const int periodic[3], double diameter, char *reason, size_t size)
+{
+    room->region = region;
+    for (int a = 0; a < 3; a++) {
+        const double length = hi[a] - lo[a];
+        const double slack = 1e-9 * length; /* the same bound written in two files */
+        room->lo[a] = lo[a];
+        room->hi[a] = hi[a];
+        room->periodic[a] = periodic[a];
+        room->low[a] = low[a];
+        room->high[a] = high[a];
+        room->filled[a] = periodic[a] && high[a] - low[a] >= length - slack;
+        if (room->filled[a] || !periodic[a]) {
+            room->low[a] = room->filled[a] ? lo[a] : fmax(low[a], lo[a]);
+            room->high[a] = room->filled[a] ? hi[a] : fmin(high[a], hi[a]);
+        }
+        if (periodic[a] && length < diameter)
+            return refuse(reason, size,
+                          "a particle of diameter %g m touches itself across the period %g m",
+                          diameter, length);
+        if (!(room->high[a] > room->low[a]))
+            return refuse(reason, size, "the region lies outside the domain (%c from %g to %g m)",
+                          "xyz"[a], low[a], high[a]);
+    }
+    return DEM_OK;
+}
 
 void packing_separation(const packing_room *room, const double a[3], const double b[3], double d[3])
 {
@@ -104,129 +147,75 @@ static void push_inside(const packing_room *room, double radius, double x[3])
     }
 }
 
-/* ---- linked cells ---------------------------------------------------------------------------- */
-
-static int cell_along(const packing *p, int k, double x)
-{
-    const packing_room *room = p->room;
-    const double length = room->hi[k] - room->lo[k];
-    double t = x - room->lo[k];
-    if (room->periodic[k]) t -= length * floor(t / length);
-    const double c = t * p->per_m[k];
-    return c <= 0. ? 0 : c >= p->cells[k] - 1 ? p->cells[k] - 1 : (int)c;
-}
-
-static size_t cell_of(const packing *p, const double x[3])
-{
-    const size_t i = cell_along(p, 0, x[0]), j = cell_along(p, 1, x[1]), k = cell_along(p, 2, x[2]);
-    return (k * p->cells[1] + j) * p->cells[0] + i;
-}
-
-/* The distinct cells along k next to the one of x and that one itself: their number. */
-static int cells_near(const packing *p, int k, double x, int near[3])
-{
-    const int c = cell_along(p, k, x), n = p->cells[k];
-    int count = 0;
-    for (int o = -1; o <= 1; o++) {
-        int other = c + o;
-        if (p->room->periodic[k])
-            other = (other + n) % n;
-        else if (other < 0 || other >= n)
-            continue;
-        int seen = 0;
-        for (int i = 0; i < count; i++) seen |= near[i] == other;
-        if (!seen) near[count++] = other;
-    }
-    return count;
-}
-
-/* Cells at least `reach` wide, and not many more of them than there are spheres. */
-static dem_status make_cells(packing *p, double reach)
-{
-    double volume = 1.;
-    for (int k = 0; k < 3; k++) volume *= p->room->hi[k] - p->room->lo[k];
-    const double width = fmax(reach, cbrt(volume / (4. * (double)p->all + 1000.)));
-    size_t total = 1;
-    for (int k = 0; k < 3; k++) {
-        const double length = p->room->hi[k] - p->room->lo[k];
-        p->cells[k] = (int)fmax(1., floor(length / width));
-        p->per_m[k] = p->cells[k] / length;
-        total *= (size_t)p->cells[k];
-    }
-    p->reach = reach;
-    free(p->head);
-    p->head = malloc(total * sizeof *p->head);
-    if (p->head == NULL) return DEM_NO_MEMORY;
-    for (size_t c = 0; c < total; c++) p->head[c] = -1;
-    return DEM_OK;
-}
-
-static void enter(packing *p, size_t i)
-{
-    const size_t c = cell_of(p, p->x[i]);
-    p->next[i] = p->head[c];
-    p->head[c] = (int)i;
-}
+/* ---- spheres --------------------------------------------------------------------------------- */
 
 static void packing_free(packing *p)
 {
     free(p->x);
     free(p->r);
-    free(p->head);
-    free(p->next);
+    grid_free(&p->grid);
     free(p->origin);
     free(p->offset);
     free(p->partner);
 }
 
-/* A packing of n new spheres (positions not yet set) and the fixed ones that are in the cells. */
-static dem_status packing_make(packing *p, const packing_room *room, double radius, size_t n,
+static dem_status make_grid(packing *p, double reserve)
+{
+    grid_free(&p->grid);
+    return grid_init(&p->grid, p->room->lo, p->room->hi, p->room->periodic, p->all,
+                     (const double(*)[3])p->x, p->r, reserve);
+}
+
+/* A packing of n new spheres (positions not yet set) and the fixed ones that are in the grid. */
+static dem_status packing_make(packing *p, const packing_room *room, size_t n, const double *r,
                                size_t n_old, const double (*x_old)[3], const double *r_old)
 {
     *p = (packing){.room = room, .n = n, .all = n + n_old};
     if (p->all >= INT_MAX) return DEM_BAD_ARGUMENT;
     p->x = malloc((p->all + 1) * sizeof *p->x);
     p->r = malloc((p->all + 1) * sizeof *p->r);
-    p->next = malloc((p->all + 1) * sizeof *p->next);
-    if (p->x == NULL || p->r == NULL || p->next == NULL) return DEM_NO_MEMORY;
-    double largest = radius;
-    for (size_t i = 0; i < n; i++) p->r[i] = radius;
-    for (size_t i = 0; i < n_old; i++) {
-        memcpy(p->x[n + i], x_old[i], sizeof *p->x);
-        p->r[n + i] = r_old[i];
-        largest = fmax(largest, r_old[i]);
-    }
-    const dem_status status = make_cells(p, radius + largest);
-    if (status == DEM_OK)
-        for (size_t i = n; i < p->all; i++) enter(p, i);
+    if (p->x == NULL || p->r == NULL) return DEM_NO_MEMORY;
+    if (n) memcpy(p->r, r, n * sizeof *p->r);
+    if (n_old) memcpy(p->x + n, x_old, n_old * sizeof *p->x);
+    if (n_old) memcpy(p->r + n, r_old, n_old * sizeof *p->r);
+    for (size_t i = 0; i < p->all; i++) p->largest = fmax(p->largest, p->r[i]);
+    const dem_status status = make_grid(p, 0);
+    for (size_t i = n; i < p->all && status == DEM_OK; i++) grid_enter(&p->grid, i);
     return status;
 }
 
-/* Whether a sphere of `radius` at x overlaps with one in the cells by more than `tolerance` (< 0:
- * comes nearer than that) of the sum of the radii. */
+typedef struct looking {
+    const packing_room *room;
+    const grid *grid;
+    const double *x;
+    double radius, factor;
+} looking;
+
+static int is_near(void *context, int j)
+{
+    const looking *l = context;
+    double d[3];
+    packing_separation(l->room, l->x, l->grid->x[j], d);
+    const double touch = (l->radius + l->grid->r[j]) * l->factor;
+    return d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < touch * touch;
+}
+
+int packing_overlaps(const packing_room *room, const grid *g, const double x[3], double radius,
+                     double tolerance)
+{
+    looking l = {room, g, x, radius, 1. - tolerance};
+    return grid_search(g, x, radius, is_near, &l);
+}
+
 static int overlaps(const packing *p, const double x[3], double radius, double tolerance)
 {
-    int near[3][3], count[3];
-    for (int k = 0; k < 3; k++) count[k] = cells_near(p, k, x[k], near[k]);
-    for (int c = 0; c < count[2]; c++)
-        for (int b = 0; b < count[1]; b++)
-            for (int a = 0; a < count[0]; a++) {
-                const size_t cell =
-                    ((size_t)near[2][c] * p->cells[1] + near[1][b]) * p->cells[0] + near[0][a];
-                for (int j = p->head[cell]; j >= 0; j = p->next[j]) {
-                    double d[3];
-                    packing_separation(p->room, x, p->x[j], d);
-                    const double touch = (radius + p->r[j]) * (1. - tolerance);
-                    if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < touch * touch) return 1;
-                }
-            }
-    return 0;
+    return packing_overlaps(p->room, &p->grid, x, radius, tolerance);
 }
 
 /* ---- stage 1: random sequential addition ----------------------------------------------------- */
 
-/* A centre drawn uniformly where a sphere is within the room; 0 when none was found. */
-static int draw(const packing_room *room, double radius, gsl_rng *rng, double x[3])
+int packing_draw(const packing_room *room, double radius, int draws, const gsl_rng *rng,
+                 double x[3])
 {
     double low[3], high[3];
     for (int k = 0; k < 3; k++) {
@@ -234,7 +223,7 @@ static int draw(const packing_room *room, double radius, gsl_rng *rng, double x[
         high[k] = room->high[k] - (room->filled[k] ? 0. : radius);
         if (high[k] < low[k]) return 0;
     }
-    for (int attempt = 0; attempt < DRAWS; attempt++) {
+    for (int attempt = 0; attempt < draws; attempt++) {
         for (int k = 0; k < 3; k++) x[k] = low[k] + (high[k] - low[k]) * gsl_rng_uniform(rng);
         if (packing_clearance(room, x) >= radius) return 1;
     }
@@ -242,17 +231,17 @@ static int draw(const packing_room *room, double radius, gsl_rng *rng, double x[
 }
 
 /* Number of spheres left overlapping, or -1 when no centre could be drawn. */
-static int64_t add_sequentially(packing *p, double radius, gsl_rng *rng)
+static int64_t add_sequentially(packing *p, const gsl_rng *rng)
 {
     int64_t left = 0;
     for (size_t i = 0; i < p->n; i++) {
         int clear = 0;
         for (int attempt = 0; attempt < ATTEMPTS && !clear; attempt++) {
-            if (!draw(p->room, radius, rng, p->x[i])) return -1;
-            clear = !overlaps(p, p->x[i], radius, -ROUNDING);
+            if (!packing_draw(p->room, p->r[i], DRAWS, rng, p->x[i])) return -1;
+            clear = !overlaps(p, p->x[i], p->r[i], packing_apart);
         }
         left += !clear;
-        enter(p, i);
+        grid_enter(&p->grid, i);
     }
     return left;
 }
@@ -272,41 +261,37 @@ static dem_status note_pair(packing *p, size_t *count, int j)
     return DEM_OK;
 }
 
+typedef struct listing {
+    packing *p;
+    size_t i, count;
+    dem_status status;
+} listing;
+
 /* Partners of sphere i in the list: later new spheres and all fixed ones within reach. */
-static dem_status list_partners(packing *p, size_t i, double reserve, size_t *count)
+static int list_partner(void *context, int j)
 {
-    int near[3][3], n[3];
-    for (int k = 0; k < 3; k++) n[k] = cells_near(p, k, p->x[i][k], near[k]);
-    for (int c = 0; c < n[2] * n[1] * n[0]; c++) {
-        const int a = c % n[0], b = c / n[0] % n[1], e = c / (n[0] * n[1]);
-        const size_t cell =
-            ((size_t)near[2][e] * p->cells[1] + near[1][b]) * p->cells[0] + near[0][a];
-        for (int j = p->head[cell]; j >= 0; j = p->next[j]) {
-            if ((size_t)j <= i) continue;
-            double d[3];
-            packing_separation(p->room, p->x[i], p->x[j], d);
-            const double far = p->r[i] + p->r[j] + reserve;
-            if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > far * far) continue;
-            const dem_status status = note_pair(p, count, j);
-            if (status != DEM_OK) return status;
-        }
-    }
-    return DEM_OK;
+    listing *l = context;
+    packing *p = l->p;
+    if ((size_t)j <= l->i) return 0;
+    double d[3];
+    packing_separation(p->room, p->x[l->i], p->x[j], d);
+    const double far = p->r[l->i] + p->r[j] + p->grid.reserve;
+    if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > far * far) return 0;
+    l->status = note_pair(p, &l->count, j);
+    return l->status != DEM_OK;
 }
 
-static dem_status make_list(packing *p, double reserve)
+static dem_status make_list(packing *p)
 {
-    const size_t total = (size_t)p->cells[0] * p->cells[1] * p->cells[2];
-    for (size_t c = 0; c < total; c++) p->head[c] = -1;
-    for (size_t i = p->all; i-- > 0;) enter(p, i);
-    size_t count = 0;
-    for (size_t i = 0; i < p->n; i++) {
-        p->offset[i] = count;
-        const dem_status status = list_partners(p, i, reserve, &count);
-        if (status != DEM_OK) return status;
-        memcpy(p->origin[i], p->x[i], sizeof *p->x);
+    grid_clear(&p->grid);
+    for (size_t i = p->all; i-- > 0;) grid_enter(&p->grid, i);
+    listing l = {.p = p};
+    for (l.i = 0; l.i < p->n; l.i++) {
+        p->offset[l.i] = l.count;
+        if (grid_search(&p->grid, p->x[l.i], p->r[l.i], list_partner, &l)) return l.status;
+        memcpy(p->origin[l.i], p->x[l.i], sizeof *p->x);
     }
-    p->offset[p->n] = count;
+    p->offset[p->n] = l.count;
     return DEM_OK;
 }
 
@@ -316,7 +301,7 @@ typedef struct sweep_result {
     double moved;        /* largest displacement since the pair list was made, m */
 } sweep_result;
 
-/* Move a pair apart to `1 + MARGIN` of touching: by halves, or the new one alone. */
+/* Move a pair apart to `1 + MARGIN` of touching, or the new one alone. */
 static double push_pair(packing *p, size_t i, size_t j)
 {
     double d[3];
@@ -326,11 +311,12 @@ static double push_pair(packing *p, size_t i, size_t j)
     if (d2 >= wanted * wanted) return 0.;
     const double distance = sqrt(d2);
     if (distance == 0.) d[0] = 1.; /* coincident centres part along x */
-    const double share = (j < p->n ? .5 : 1.) * (wanted - distance) / fmax(distance, 1e-300);
-    const double factor = distance > 0. ? share : (j < p->n ? .5 : 1.) * wanted;
+    const double vi = p->r[i] * p->r[i] * p->r[i], vj = p->r[j] * p->r[j] * p->r[j];
+    const double mine = j < p->n ? vj / (vi + vj) : 1.;
+    const double factor = distance > 0. ? (wanted - distance) / distance : wanted;
     for (int k = 0; k < 3; k++) {
-        p->x[i][k] -= factor * d[k];
-        if (j < p->n) p->x[j][k] += factor * d[k];
+        p->x[i][k] -= mine * factor * d[k];
+        if (j < p->n) p->x[j][k] += (1. - mine) * factor * d[k];
     }
     return fmax(0., 1. - distance / touch);
 }
@@ -358,31 +344,42 @@ static sweep_result sweep(packing *p)
 /* Spheres that are within the room and clear of those counted before them; refills the cells. */
 static int64_t count_clear(packing *p)
 {
-    const size_t total = (size_t)p->cells[0] * p->cells[1] * p->cells[2];
-    for (size_t c = 0; c < total; c++) p->head[c] = -1;
-    for (size_t i = p->n; i < p->all; i++) enter(p, i);
+    grid_clear(&p->grid);
+    for (size_t i = p->n; i < p->all; i++) grid_enter(&p->grid, i);
     int64_t clear = 0;
     for (size_t i = 0; i < p->n; i++) {
         if (packing_clearance(p->room, p->x[i]) < p->r[i]) continue;
-        if (overlaps(p, p->x[i], p->r[i], -ROUNDING)) continue;
-        enter(p, i);
+        if (overlaps(p, p->x[i], p->r[i], packing_apart)) continue;
+        grid_enter(&p->grid, i);
         clear++;
     }
     return clear;
 }
 
-static dem_status push_apart(packing *p, double radius, int64_t *placed, double *overlap)
+static dem_status median_radius(const packing *p, double *median)
 {
-    const double reserve = RESERVE * 2. * radius;
+    double *r = malloc(p->n * sizeof *r);
+    if (r == NULL) return DEM_NO_MEMORY;
+    memcpy(r, p->r, p->n * sizeof *r);
+    *median = gsl_stats_median(r, 1, p->n);
+    free(r);
+    return DEM_OK;
+}
+
+static dem_status push_apart(packing *p, int64_t *placed, double *overlap)
+{
+    double median;
+    dem_status status = median_radius(p, &median);
+    const double reserve = RESERVE * 2. * median;
     p->origin = malloc(p->n * sizeof *p->origin);
     p->offset = malloc((p->n + 1) * sizeof *p->offset);
-    if (p->origin == NULL || p->offset == NULL) return DEM_NO_MEMORY;
-    dem_status status = make_cells(p, p->reach + reserve);
+    if (status || p->origin == NULL || p->offset == NULL) return DEM_NO_MEMORY;
+    status = make_grid(p, reserve);
     double moved = INFINITY, best = INFINITY, best_sum = INFINITY;
     int stalled = 0;
     for (int n = 0; n < MOST_SWEEPS && stalled < STALL && status == DEM_OK; n++) {
         /* Spheres that come from beyond the list must not touch before it is made anew. */
-        if (moved > .5 * (reserve - MARGIN * p->reach)) status = make_list(p, reserve);
+        if (moved > .5 * (reserve - MARGIN * 2. * p->largest)) status = make_list(p);
         if (status != DEM_OK) return status;
         const sweep_result now = sweep(p);
         moved = now.moved;
@@ -400,18 +397,18 @@ static dem_status push_apart(packing *p, double radius, int64_t *placed, double 
 
 /* ---- public ---------------------------------------------------------------------------------- */
 
-dem_status packing_random(const packing_room *room, double radius, size_t n, size_t n_old,
-                          const double (*x_old)[3], const double *r_old, gsl_rng *rng,
+dem_status packing_random(const packing_room *room, size_t n, const double *r, size_t n_old,
+                          const double (*x_old)[3], const double *r_old, const gsl_rng *rng,
                           double (*x)[3], int64_t *placed, double *overlap)
 {
     packing p;
     *placed = 0;
     *overlap = 0.;
-    dem_status status = packing_make(&p, room, radius, n, n_old, x_old, r_old);
+    dem_status status = packing_make(&p, room, n, r, n_old, x_old, r_old);
     if (status == DEM_OK) {
-        const int64_t left = add_sequentially(&p, radius, rng);
+        const int64_t left = add_sequentially(&p, rng);
         if (left > 0)
-            status = push_apart(&p, radius, placed, overlap);
+            status = push_apart(&p, placed, overlap);
         else
             *placed = left < 0 ? -1 : (int64_t)n;
     }
@@ -425,12 +422,16 @@ dem_status packing_first_overlap(const packing_room *room, double radius, size_t
                                  const double *r_old, double tolerance, size_t *first)
 {
     packing p;
-    const dem_status status = packing_make(&p, room, radius, n, n_old, x_old, r_old);
+    double *r = malloc((n + 1) * sizeof *r);
+    if (r == NULL) return DEM_NO_MEMORY;
+    for (size_t i = 0; i < n; i++) r[i] = radius;
+    const dem_status status = packing_make(&p, room, n, r, n_old, x_old, r_old);
     for (*first = 0; status == DEM_OK && *first < n; (*first)++) {
         memcpy(p.x[*first], x[*first], sizeof *x);
         if (overlaps(&p, x[*first], radius, tolerance)) break;
-        enter(&p, *first);
+        grid_enter(&p.grid, *first);
     }
     packing_free(&p);
+    free(r);
     return status;
 }

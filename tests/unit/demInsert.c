@@ -20,11 +20,15 @@
 static const double PI = 3.14159265358979323846;
 
 typedef struct cloud {
-    double (*x)[3], (*v)[3];
+    arrivals made;
+    double (*x)[3], (*v)[3]; /* of them */
     size_t n;
     dem_status status;
     char message[512];
 } cloud;
+
+static const dem_material MATERIAL[2] = {{.name = "glass", .density = 2470},
+                                         {.name = "steel", .density = 7830}};
 
 static const int NEVER[3] = {0, 0, 0}, ALWAYS[3] = {1, 1, 1};
 
@@ -32,16 +36,24 @@ static cloud create(const dem_insertion *ins, const double lo[3], const double h
                     const int periodic[3], const cloud *old, const double *r_old)
 {
     cloud c;
-    c.status = insert_positions(ins, lo, hi, periodic, old ? old->n : 0,
-                                old ? (const double(*)[3])old->x : NULL, r_old, &c.x, &c.v, &c.n,
-                                c.message, sizeof c.message);
+    const insert_place place = {.lo = lo,
+                                .hi = hi,
+                                .periodic = periodic,
+                                .n_old = old ? old->n : 0,
+                                .x_old = old ? (const double(*)[3])old->x : NULL,
+                                .r_old = r_old,
+                                .n_material = 2,
+                                .material = MATERIAL};
+    c.status = insert_particles(ins, &place, &c.made, c.message, sizeof c.message);
+    c.x = c.made.x;
+    c.v = c.made.v;
+    c.n = c.made.n;
     return c;
 }
 
 static void cloud_free(cloud *c)
 {
-    free(c->x);
-    free(c->v);
+    arrivals_free(&c->made);
 }
 
 /* Smallest distance of two centres, every pair, over all images. */
