@@ -246,6 +246,7 @@ static dem_status step(dem_sim *sim, double dt, int last)
     particles *p = &sim->particles;
     dem_report *r = &sim->report;
     double begin = MPI_Wtime();
+    walls_move(&sim->walls, sim->time, dt);
     if (!neighbour_holds(&sim->list, p, sim->speed * r->step)) {
         dem_status status = rebuild(sim);
         if (status) return status;
@@ -266,7 +267,6 @@ static dem_status step(dem_sim *sim, double dt, int last)
     if (sim->balance.on) balance_moved(sim, dt);
     sim->speed = m.speed;
     sim->time += dt;
-    walls_move(&sim->walls, sim->time);
     r->step = dt;
     r->seconds_neighbour += listed - begin;
     r->seconds_force += summed - listed;
@@ -327,7 +327,7 @@ double dem_time(const dem_sim *sim)
 void dem_set_time(dem_sim *sim, double time)
 {
     sim->time = time;
-    walls_move(&sim->walls, time);
+    walls_move(&sim->walls, time, 0);
 }
 
 /* ---- what happened --------------------------------------------------------------------------- */

@@ -308,9 +308,11 @@ static void turn_about_axis(const dem_motion *m, double q, double dq, pose *p)
     set_rotation(vector, p->rotation);
 }
 
-static pose leg_pose(const leg *l, double time)
+/* `ago` before `time`, but no earlier than it began if it has begun at `time`. */
+static pose leg_pose(const leg *l, double time, double ago)
 {
     const dem_motion *m = &l->motion;
+    time = time >= m->begin && time - ago < m->begin ? m->begin : time - ago;
     pose p = at_rest;
     double y[6] = {0}, rate[6] = {0};
     double t = time < m->begin ? 0 : (time < m->end ? time : m->end) - m->begin;
@@ -372,15 +374,20 @@ static pose compose(const pose *first, const pose *second)
     return p;
 }
 
-pose path_pose(const path *path, double time)
+pose path_before(const path *path, double time, double ago)
 {
     if (!path->n) return at_rest;
-    pose p = leg_pose(&path->leg[0], time);
+    pose p = leg_pose(&path->leg[0], time, ago);
     for (size_t k = 1; k < path->n; k++) {
-        pose next = leg_pose(&path->leg[k], time);
+        pose next = leg_pose(&path->leg[k], time, ago);
         p = compose(&p, &next);
     }
     return p;
+}
+
+pose path_pose(const path *path, double time)
+{
+    return path_before(path, time, 0);
 }
 
 /* Distance of x from the axis of a motion, or from the point it turns about. */
@@ -405,7 +412,7 @@ double path_speed(const path *path, double time, const double lo[3], const doubl
                 time >= m->end || (m->kind == DEM_TABLE && time - m->begin >= l->time[m->n - 1]);
             if (!over && l->spin > 0) sum += l->spin * lever_of(m, x);
             if (!over) sum += l->speed;
-            pose p = leg_pose(l, time);
+            pose p = leg_pose(l, time, 0);
             pose_apply(&p, x, y);
             memcpy(x, y, sizeof x);
         }

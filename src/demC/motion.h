@@ -36,6 +36,9 @@ dem_status path_init(path *path, size_t n, const dem_motion *motion);
 void path_free(path *path);
 
 pose path_pose(const path *path, double time);
+/* The pose at time - ago, where motions that have begun at `time` count as begun: they start with
+ * their full velocity. */
+pose path_before(const path *path, double time, double ago);
 /* Bound of the speed, from `time` on, of the points of the box lo...hi (m, coordinates of the
  * start), with the levers they have at `time`. */
 double path_speed(const path *path, double time, const double lo[3], const double hi[3]);

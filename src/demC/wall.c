@@ -10,10 +10,10 @@
  *
  * A wall that moves is asked in its own coordinates, where its shape is as it was given: with the
  * pose (place X, rotation R, velocity V, spin W; motion.h) phi(x) = phi_0(R^T (x - X)), grad phi =
- * R grad phi_0, and the surface has the velocity V + W x (x_c - X). The pose is that of the time of
- * the positions, at the beginning of the step. Springs are kept in the wall's coordinates, so that
- * a particle carried round by a drum has its friction carried round too. Torques on a wall are
- * about its own centre, which it carries along.
+ * R grad phi_0, and the surface has the velocity V + W x (x_c - X). Places are those of the time of
+ * the positions, velocities those of half a step before, as the particles' are (wall_motion.c).
+ * Springs are kept in the wall's coordinates, so that a particle carried round by a drum has its
+ * friction carried round too. Torques on a wall are about its own centre, which it carries along.
  *
  * |grad phi| is kept in the elastic force so that it is the gradient of an energy k d^2/2 even
  * where phi is not quite a distance (a sampled one).
@@ -108,6 +108,17 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
     return DEM_OK;
 }
 
+void walls_renumber(walls *w, const uint32_t *place)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < w->n_entry; k++) {
+        wall_entry e = w->entry[k];
+        e.particle = place[e.particle];
+        if (e.particle != UINT32_MAX) w->entry[kept++] = e;
+    }
+    w->n_entry = kept;
+}
+
 double walls_overlap(const walls *w, size_t n, const double (*pos)[4])
 {
     double largest = 0, gradient[3];
@@ -152,7 +163,7 @@ static void book(const wall_forces *job, const wall_body *body, uint32_t i, doub
     const double force[3] = {f->x, f->y, f->z};
     for (int a = 0; a < 3; a++) {
         int s = (a + 1) % 3, t = (a + 2) % 3;
-        double spin = body->moves ? body->now.spin[a] : 0;
+        double spin = body->moves ? body->half.spin[a] : 0;
         b->damped[i][a] += g->damped[a];
         b->damped[i][3 + a] -= phi * (n[s] * g->damped[t] - n[t] * g->damped[s]);
         b->slid[i][a] += g->slid[a];
@@ -172,7 +183,7 @@ static void touch_extra(wall_forces *job, const wall_body *body, wall_entry *e, 
 {
     const contact *c = &x->c;
     const double *v = p->vel[e->particle], r = c->radius, phi = r - c->overlap;
-    const double still[3] = {0, 0, 0}, *spin = body->moves ? body->now.spin : still;
+    const double still[3] = {0, 0, 0}, *spin = body->moves ? body->half.spin : still;
     x->inertia = 1 / v[7];
     x->wx = v[4] - spin[0];
     x->wy = v[5] - spin[1];
@@ -199,9 +210,12 @@ static contact_force touch(wall_forces *job, const walls *w, const particles *p,
     double steep = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
     double nx = g[0] / steep, ny = g[1] / steep, nz = g[2] / steep;
     double u[3] = {0, 0, 0}; /* of the surface */
-    if (body->moves)
-        pose_velocity(&body->now, (double[3]){x[0] - phi * nx, x[1] - phi * ny, x[2] - phi * nz},
-                      u);
+    if (body->moves) {
+        const double h = .5 * job->dt; /* see wall_motion.c */
+        const double point[3] = {x[0] - h * v[0] - phi * nx, x[1] - h * v[1] - phi * ny,
+                                 x[2] - h * v[2] - phi * nz};
+        pose_velocity(&body->half, point, u);
+    }
     contact c = {nx,
                  ny,
                  nz,

@@ -24,6 +24,7 @@ typedef struct wall_body {
     path path;
     int moves;
     pose now;            /* at the time of walls_move; at rest if it does not move */
+    pose half;           /* half a step before, when particles had the velocity they have */
     pose listed;         /* when the list was made */
     double lo[3], hi[3]; /* box, in the coordinates of the start, of what particles could meet */
     double centre[3];    /* of the torque, now */
@@ -60,8 +61,8 @@ typedef struct wall_forces {
 dem_status walls_init(walls *w, size_t n, const dem_wall *wall, const double lo[3],
                       const double hi[3]);
 void walls_free(walls *w, int free_shapes);
-/* To the places and velocities of `time`. */
-void walls_move(walls *w, double time);
+/* To the places of `time`, from which a step dt begins (0: none does). */
+void walls_move(walls *w, double time, double dt);
 /* Zero if some wall has moved by more than w->slack since the list was made. */
 int walls_hold(const walls *w);
 /* Remember the places; particles reach `reach` beyond the domain at most. */
@@ -79,6 +80,8 @@ void walls_average_loads(walls *w, int substeps);
  * walls'; history is kept. `place` tells where particles have gone since the last call, NULL:
  * nowhere. */
 dem_status walls_list(walls *w, const particles *p, double margin, const uint32_t *place);
+/* Particles have gone: place[old] is a particle's new index, UINT32_MAX none. */
+void walls_renumber(walls *w, const uint32_t *place);
 /* Largest overlap / radius of n spheres x y z r with the walls; 0 if none touches. */
 double walls_overlap(const walls *w, size_t n, const double (*pos)[4]);
 /* Adds to p->force and to the loads of the walls. */

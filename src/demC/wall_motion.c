@@ -5,6 +5,13 @@
  * A wall's shape stays as it was given; its pose says where it has been carried. The places hold
  * for the time of the simulation, always: whatever changes that time calls walls_move().
  *
+ * Velocities are those of half a step before. Symplectic Euler, x' = x + dt v', makes v the mean
+ * velocity of the step that led to x. A wall's velocity of the same moment as x would be compared
+ * with that of a moment half a step earlier: a particle held by friction on a disc that turns at W
+ * would drift inwards by W dt/2 of its radius in every radian. With the velocity of the middle of
+ * the step, at the place the particle had there, sticking is the implicit midpoint rule, which
+ * keeps the radius.
+ *
  * How far a rigid body has gone. The displacement of its point b between two poses, (p1 - p0) +
  * (R1 - R0) b, is an affine function of b, and the length of an affine function is convex: in a
  * box it is largest at a corner. The box holds the part of the surface that particles can meet,
@@ -35,7 +42,7 @@ dem_status walls_init(walls *w, size_t n, const dem_wall *wall, const double lo[
         wall_body *b = &w->body[k];
         status = path_init(&b->path, wall[k].n_motion, wall[k].motion);
         b->moves = wall[k].n_motion > 0;
-        b->now = b->listed = path_pose(&b->path, 0);
+        b->now = b->half = b->listed = path_pose(&b->path, 0);
         pose_apply(&b->now, w->wall[k].centre, b->centre);
         w->wall[k].motion = NULL; /* the caller's */
     }
@@ -55,12 +62,13 @@ void walls_free(walls *w, int free_shapes)
     memset(w, 0, sizeof *w);
 }
 
-void walls_move(walls *w, double time)
+void walls_move(walls *w, double time, double dt)
 {
     for (size_t k = 0; k < w->n; k++) {
         wall_body *b = &w->body[k];
         if (!b->moves) continue;
         b->now = path_pose(&b->path, time);
+        b->half = dt > 0 ? path_before(&b->path, time, .5 * dt) : b->now;
         pose_apply(&b->now, w->wall[k].centre, b->centre);
     }
 }
