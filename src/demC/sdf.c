@@ -30,24 +30,11 @@
  * Dynamic Implicit Surfaces, Springer (2003), ch. 2, doi:10.1007/b98879. For their use as DEM
  * walls: Shigeto & Sakai, Chem. Eng. J. 231 (2013) 464, doi:10.1016/j.cej.2013.07.073.
  */
-#include "dem.h"
+#include "sdf.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-
-typedef enum kind { PLANE, BOX, BOX_INSIDE, SPHERE, REVOLVED, REVOLVED_INSIDE, TUBE, SHEET } kind;
-
-struct dem_sdf {
-    kind kind;
-    int parts;
-    double sign;       /* SPHERE, TUBE, SHEET: +1 particles outside, -1 inside */
-    double p[3], q[3]; /* PLANE, SPHERE, round shapes: p; BOX*: lower and upper corner */
-    double axis[3];    /* normal or axis, unit */
-    double across[3];  /* any unit vector normal to the axis: direction used on the axis */
-    double r0, r1, h;  /* radii at z = 0 and z = h */
-    double ns, nz;     /* unit normal of the side in the meridian plane, pointing off the axis */
-};
 
 static double dot(const double a[3], const double b[3])
 {
@@ -68,7 +55,7 @@ static int all_finite(const double a[3])
     return isfinite(a[0]) && isfinite(a[1]) && isfinite(a[2]);
 }
 
-static dem_sdf *shape_new(kind kind, int parts)
+dem_sdf *sdf_new(sdf_kind kind, int parts)
 {
     dem_sdf *s = calloc(1, sizeof *s);
     if (s == NULL) return NULL;
@@ -84,7 +71,7 @@ dem_sdf *dem_sdf_plane(const double point[3], const double normal[3])
 {
     double n[3];
     if (!all_finite(point) || normalise(normal, n) == 0.) return NULL;
-    dem_sdf *s = shape_new(PLANE, 1);
+    dem_sdf *s = sdf_new(PLANE, 1);
     if (s == NULL) return NULL;
     for (int i = 0; i < 3; i++) {
         s->p[i] = point[i];
@@ -97,7 +84,7 @@ dem_sdf *dem_sdf_box(const double lo[3], const double hi[3], int inside)
 {
     for (int i = 0; i < 3; i++)
         if (!isfinite(lo[i]) || !isfinite(hi[i]) || !(hi[i] > lo[i])) return NULL;
-    dem_sdf *s = inside ? shape_new(BOX_INSIDE, 6) : shape_new(BOX, 1);
+    dem_sdf *s = inside ? sdf_new(BOX_INSIDE, 6) : sdf_new(BOX, 1);
     if (s == NULL) return NULL;
     for (int i = 0; i < 3; i++) {
         s->p[i] = lo[i];
@@ -109,7 +96,7 @@ dem_sdf *dem_sdf_box(const double lo[3], const double hi[3], int inside)
 dem_sdf *dem_sdf_sphere(const double centre[3], double radius, int inside)
 {
     if (!all_finite(centre) || !isfinite(radius) || !(radius > 0.)) return NULL;
-    dem_sdf *s = shape_new(SPHERE, 1);
+    dem_sdf *s = sdf_new(SPHERE, 1);
     if (s == NULL) return NULL;
     for (int i = 0; i < 3; i++) s->p[i] = centre[i];
     s->r0 = radius;
@@ -119,14 +106,14 @@ dem_sdf *dem_sdf_sphere(const double centre[3], double radius, int inside)
 
 /* A shape of revolution about p0 -> p1. NULL when its axis or radii are degenerate. */
 static dem_sdf *revolved_new(const double p0[3], const double p1[3], double r0, double r1,
-                             kind kind, int inside)
+                             sdf_kind kind, int inside)
 {
     double axis[3];
     const double d[3] = {p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]};
     const double h = normalise(d, axis);
     if (!all_finite(p0) || h == 0. || !isfinite(r0) || !isfinite(r1)) return NULL;
     if (r0 < 0. || r1 < 0. || !(r0 + r1 > 0.)) return NULL;
-    dem_sdf *s = shape_new(kind, kind == REVOLVED_INSIDE ? 3 : 1);
+    dem_sdf *s = sdf_new(kind, kind == REVOLVED_INSIDE ? 3 : 1);
     if (s == NULL) return NULL;
 
     /* Gram-Schmidt on the coordinate axis that is farthest from the axis of the shape. */
@@ -154,19 +141,54 @@ static dem_sdf *revolved_new(const double p0[3], const double p1[3], double r0, 
 dem_sdf *dem_sdf_cylinder(const double p0[3], const double p1[3], double radius, int closed,
                           int inside)
 {
-    const kind kind = !closed ? TUBE : inside ? REVOLVED_INSIDE : REVOLVED;
+    const sdf_kind kind = !closed ? TUBE : inside ? REVOLVED_INSIDE : REVOLVED;
     return revolved_new(p0, p1, radius, radius, kind, inside);
 }
 
 dem_sdf *dem_sdf_cone(const double p0[3], const double p1[3], double r0, double r1, int closed,
                       int inside)
 {
-    const kind kind = !closed ? SHEET : inside ? REVOLVED_INSIDE : REVOLVED;
+    const sdf_kind kind = !closed ? SHEET : inside ? REVOLVED_INSIDE : REVOLVED;
     return revolved_new(p0, p1, r0, r1, kind, inside);
+}
+
+/* Solid and free space change places: a solid becomes the container of the same surface. */
+int sdf_turn_simple(dem_sdf *s)
+{
+    switch (s->kind) {
+    case PLANE:
+        for (int i = 0; i < 3; i++) s->axis[i] = -s->axis[i];
+        break;
+    case BOX:
+        s->kind = BOX_INSIDE;
+        s->parts = 6;
+        break;
+    case BOX_INSIDE:
+        s->kind = BOX;
+        s->parts = 1;
+        break;
+    case REVOLVED:
+        s->kind = REVOLVED_INSIDE;
+        s->parts = 3;
+        break;
+    case REVOLVED_INSIDE:
+        s->kind = REVOLVED;
+        s->parts = 1;
+        break;
+    default:
+        s->sign = -s->sign;
+        break;
+    }
+    return 0;
 }
 
 void dem_sdf_free(dem_sdf *sdf)
 {
+    if (sdf == NULL) return;
+    for (size_t k = 0; k < sdf->n; k++) dem_sdf_free(sdf->member[k]);
+    if (sdf->kind == SURFACE) sdf_free_surface(sdf);
+    free(sdf->member);
+    free(sdf->box);
     free(sdf);
 }
 
@@ -326,6 +348,59 @@ static double eval_round(const dem_sdf *c, int part, const double x[3], double g
     return m.phi;
 }
 
+/* ---- bounds ---------------------------------------------------------------------------------- */
+
+/* A plane has bounds only along a coordinate axis that is its normal, and an endless tube only
+ * across one that is its axis. A disc of radius r reaches r sqrt(1 - a_i^2) along i. */
+void sdf_bounds_simple(const dem_sdf *s, double lo[3], double hi[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const double reach = sqrt(fmax(0., 1. - s->axis[i] * s->axis[i]));
+        switch (s->kind) {
+        case PLANE:
+            lo[i] = fabs(s->axis[i]) == 1. ? s->p[i] : -INFINITY;
+            hi[i] = fabs(s->axis[i]) == 1. ? s->p[i] : INFINITY;
+            break;
+        case BOX:
+        case BOX_INSIDE:
+            lo[i] = s->p[i];
+            hi[i] = s->q[i];
+            break;
+        case SPHERE:
+            lo[i] = s->p[i] - s->r0;
+            hi[i] = s->p[i] + s->r0;
+            break;
+        case TUBE:
+            lo[i] = s->axis[i] == 0. ? s->p[i] - s->r0 : -INFINITY;
+            hi[i] = s->axis[i] == 0. ? s->p[i] + s->r0 : INFINITY;
+            break;
+        default: { /* two discs and what is between them */
+            const double top = s->p[i] + s->h * s->axis[i];
+            lo[i] = fmin(s->p[i] - s->r0 * reach, top - s->r1 * reach);
+            hi[i] = fmax(s->p[i] + s->r0 * reach, top + s->r1 * reach);
+        }
+        }
+    }
+}
+
+void dem_sdf_bounds(const dem_sdf *sdf, double lo[3], double hi[3])
+{
+    if (sdf->kind == SURFACE)
+        sdf_bounds_surface(sdf, lo, hi);
+    else if (sdf->n > 0)
+        sdf_bounds_combined(sdf, lo, hi);
+    else
+        sdf_bounds_simple(sdf, lo, hi);
+}
+
+size_t dem_sdf_memory(const dem_sdf *sdf)
+{
+    size_t sum = sizeof *sdf + sdf->n * sizeof *sdf->member;
+    if (sdf->box != NULL) sum += sdf->n * sizeof *sdf->box;
+    for (size_t k = 0; k < sdf->n; k++) sum += dem_sdf_memory(sdf->member[k]);
+    return sdf->kind == SURFACE ? sum + sdf_memory_surface(sdf) : sum;
+}
+
 /* ---- evaluation ------------------------------------------------------------------------------ */
 
 int dem_sdf_parts(const dem_sdf *sdf)
@@ -344,6 +419,12 @@ double dem_sdf_eval(const dem_sdf *sdf, int part, const double x[3], double grad
         return eval_face(sdf, part, x, gradient);
     case SPHERE:
         return eval_sphere(sdf, x, gradient);
+    case SURFACE:
+        return sdf_eval_surface(sdf, part, x, gradient);
+    case UNION:
+    case INTERSECTION:
+    case TRANSFORM:
+        return sdf_eval_combined(sdf, part, x, gradient);
     default:
         return eval_round(sdf, part, x, gradient);
     }
@@ -351,8 +432,18 @@ double dem_sdf_eval(const dem_sdf *sdf, int part, const double x[3], double grad
 
 double dem_sdf_distance(const dem_sdf *sdf, const double x[3])
 {
+    if (sdf->kind == SURFACE) return sdf_distance_surface(sdf, x);
+    if (sdf->n > 0) return sdf_distance_combined(sdf, x);
     double least = DBL_MAX, gradient[3];
     for (int part = 0; part < sdf->parts; part++)
         least = fmin(least, dem_sdf_eval(sdf, part, x, gradient));
     return least;
+}
+
+int sdf_near(const dem_sdf *sdf, int part, const double x[3], double reach)
+{
+    double gradient[3];
+    if (sdf->kind == SURFACE) return sdf_near_surface(sdf, part, x, reach);
+    if (sdf->n > 0) return sdf_near_combined(sdf, part, x, reach);
+    return dem_sdf_eval(sdf, part, x, gradient) < reach;
 }

@@ -81,8 +81,7 @@ typedef struct sdf_progress {
 dem_status sdf_sample(dem_sdf *sdf, double spacing, double width, const char *cache,
                       const sdf_progress *progress, char *message, size_t size);
 
-/* Evaluation by kind. */
-double sdf_eval_simple(const dem_sdf *sdf, int part, const double x[3], double g[3]);
+/* What dem_sdf_eval and the like come down to, by kind. */
 double sdf_eval_combined(const dem_sdf *sdf, int part, const double x[3], double g[3]);
 double sdf_eval_surface(const dem_sdf *sdf, int part, const double x[3], double g[3]);
 double sdf_distance_combined(const dem_sdf *sdf, const double x[3]);
@@ -99,6 +98,8 @@ int sdf_turn_surface(dem_sdf *sdf);
 void sdf_free_surface(dem_sdf *sdf);
 dem_status sdf_sample_surface(dem_sdf *sdf, double spacing, double width, const char *cache,
                               const sdf_progress *progress, char *message, size_t size);
+/* Parts of a branch by its members; 0: more than can be handled. */
+int sdf_count_parts(const dem_sdf *sdf);
 /* How far the distances of the shape may be off the true ones, m; 0 where they are exact. */
 double sdf_fuzz(const dem_sdf *sdf);
 
