@@ -179,6 +179,47 @@ static void stacked_spheres(void **state)
     }
 }
 
+/* The lower of the two alone, dropped from five radii: the first three bounces. */
+static double drop_case(double R, double e)
+{
+    rig r;
+    stack s = stack_init(&r, DEM_HERTZ, R, e);
+    r.param.gravity[2] = -g;
+    rig_floor(&r);
+    r.wall[0].material = 0;
+    rig_start(&r);
+    rig_ball(&r, R, 0, 0, 5 * R, 0, 0, 0);
+    s.lid = INFINITY;
+    const double dt = .05 * sqrt(R / g);
+    double y[4] = {5 * R, 1e4 * R, 0, 0}, t = 0, worst = 0, lowest = R;
+    int bounces = 0;
+    gsl_odeiv2_system system = {stack_motion, NULL, 4, &s};
+    gsl_odeiv2_driver *d =
+        gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd, 1e-4 * dt, 1e-11 * R, 1e-12);
+    for (int k = 1; bounces < 3; k++) {
+        const double falls = y[2];
+        rig_advance(&r, dt, 4000);
+        assert_int_equal(gsl_odeiv2_driver_apply(d, &t, k * dt, y), GSL_SUCCESS);
+        worst = fmax(worst, fabs(dem_particles(r.sim).x[0][2] - y[0]) / R);
+        lowest = fmin(lowest, y[0]);
+        bounces += falls < 0 && y[2] > 0;
+    }
+    assert_true(lowest < .995 * R);
+    gsl_odeiv2_driver_free(d);
+    dem_free(r.sim);
+    return worst;
+}
+
+static void bouncing_hertz(void **state)
+{
+    (void)state;
+    const double radius[] = {10e-6, 1.3e-3, .5}, e[] = {1, .7};
+    double worst = 0;
+    for (int k = 0; k < 6; k++) worst = fmax(worst, drop_case(radius[k / 2], e[k % 2]));
+    report("Bouncing sphere, Hertz, largest distance from the path over R", worst, 0);
+    assert_true(worst < 1e-3);
+}
+
 /* Under their own weight, at rest: the pair carries one weight, the floor two. */
 static void stack_at_rest(void **state)
 {
@@ -253,7 +294,8 @@ int main(int argc, char **argv)
     MPI_Init(&argc, &argv);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bouncing_sphere), cmocka_unit_test(stacked_spheres),
-        cmocka_unit_test(stack_at_rest), cmocka_unit_test(slipping_ball)};
+        cmocka_unit_test(bouncing_hertz), cmocka_unit_test(stack_at_rest),
+        cmocka_unit_test(slipping_ball)};
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
     return failed;
