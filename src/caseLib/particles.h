@@ -62,7 +62,7 @@ extern const char *const simple_words[]; /* NULL-terminated; regions take all bu
 dem_sdf *read_simple_shape(particle_reader *reader, const case_dict *dict, int type, int region,
                            extent *box);
 /* Keys that any shape may have, for the lists of known ones. */
-#define SHAPE_KEYS "type"
+#define SHAPE_KEYS "type", "scale", "rotate", "translate"
 /* region.c: the sub-dictionary `region`, which must lie in the domain if `within`. NULL with an
  * error. lo, hi: box of the region, m. */
 dem_sdf *read_region(particle_reader *reader, const case_dict *dict, int within, double lo[3],

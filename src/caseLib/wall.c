@@ -4,9 +4,11 @@
  */
 #include "particles.h"
 
+#include <math.h>
 #include <string.h>
 
-/* Where nothing is said: a point on the axis the wall turns about, else the origin. */
+/* Where nothing is said: a point on the axis the wall turns about, else the middle of its surface,
+ * else, where that has no end, the origin. */
 static void default_centre(dem_wall *wall)
 {
     for (size_t i = 0; i < wall->n_motion; i++) {
@@ -15,6 +17,12 @@ static void default_centre(dem_wall *wall)
         memcpy(wall->centre, motion->origin, sizeof wall->centre);
         return;
     }
+    double lo[3], hi[3];
+    if (!wall->shape) return;
+    dem_sdf_bounds(wall->shape, lo, hi);
+    for (int a = 0; a < 3; a++)
+        if (!isfinite(lo[a]) || !isfinite(hi[a])) return;
+    for (int a = 0; a < 3; a++) wall->centre[a] = .5 * (lo[a] + hi[a]);
 }
 
 void read_walls(particle_reader *reader)

@@ -44,6 +44,9 @@ set_up()
     (cd "$here/$1" && find . -type f -path './*/*') | while read -r file; do
         if [ -e "$2/$file" ]; then mv "$2/$file" "$2/$file.good"; fi
         mkdir -p "$(dirname "$2/$file")"
+        case $file in
+            */triSurface/*) cp "$here/$1/$file" "$2/$file"; continue ;;
+        esac
         # OpenFOAM wants a header; on the first line, so that no line changes its number
         sed "1s/^/FoamFile { version 2.0; format ascii; class dictionary; object $(basename "$file"); } /" \
             "$here/$1/$file" > "$2/$file"

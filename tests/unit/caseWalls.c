@@ -126,12 +126,157 @@ static void refused_motions(void **unused)
     fixture_free(&f);
 }
 
+/* A box of twelve triangles with corners (0 0 0) and (a b c), as an ASCII file. */
+static void put_box(const fixture *f, const char *name, double a, double b, double c)
+{
+    static const int quad[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                   {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    char text[8192];
+    size_t n = (size_t)snprintf(text, sizeof text, "solid box\n");
+    for (int t = 0; t < 12; t++) {
+        const int *q = quad[t / 2], corner[3] = {q[0], q[1 + t % 2], q[2 + t % 2]};
+        n += (size_t)snprintf(text + n, sizeof text - n, "facet normal 0 0 0\nouter loop\n");
+        for (int k = 0; k < 3; k++)
+            n += (size_t)snprintf(text + n, sizeof text - n, "vertex %g %g %g\n",
+                                  corner[k] & 1 ? a : 0, corner[k] & 2 ? b : 0,
+                                  corner[k] & 4 ? c : 0);
+        n += (size_t)snprintf(text + n, sizeof text - n, "endloop\nendfacet\n");
+    }
+    snprintf(text + n, sizeof text - n, "endsolid box\n");
+    put_file(f, name, text);
+}
+
+#define BED                                                                                        \
+    "insertion { bed { type random; number 50; material glass; diameter .003;\n"                   \
+    "region { type box; min (.01 .01 .01); max (.09 .19 .2); } } }\n"
+
+/* The vessel as a surface in millimetres, shifted by (0 0 10) mm. */
+static const char *const triangles =
+    DEM_MATERIALS BED "walls { vessel { material steel; shape { type stl; file \"vessel.stl\";\n"
+                      "scale .001; inside yes; translate (0 0 .01); } } }\n";
+
+static void surfaces(void **unused)
+{
+    (void)unused;
+    fixture f = fixture_new();
+    case_dem dem;
+    shell("mkdir %s/constant/triSurface%s", f.directory, "");
+    put_box(&f, "constant/triSurface/vessel.stl", 100, 200, 380);
+    read_dem(&f, triangles, &dem);
+    assert_clean(f.errors);
+    assert_string_equal(case_notes_text(f.errors), "");
+    const dem_wall *wall = dem.param.wall;
+    assert_int_equal(dem_sdf_parts(wall->shape), 6);
+    assert_near(dem_sdf_distance(wall->shape, (double[]){.05, .1, .012}), .002, 1e-9);
+    assert_near(dem_sdf_distance(wall->shape, (double[]){.05, .1, .388}), .002, 1e-9);
+    assert_near(wall->centre[2], .2, 1e-9); /* its middle */
+    assert_non_null(dem.param.sdf_cache);
+    assert_non_null(strstr(dem.param.sdf_cache, "/constant/sdf"));
+    char *lines = case_describe_walls(&dem, "* ");
+    assert_non_null(strstr(lines, "* vessel           of steel, 6 faces, (0 0 0.01) to (0.1 0.2 "
+                                  "0.39) m"));
+    free(lines);
+    case_dem_free(&dem, 1);
+    char *none = replaced(triangles, "walls {", "sdf { cache none; } walls {");
+    read_dem(&f, none, &dem);
+    assert_clean(f.errors);
+    assert_null(dem.param.sdf_cache);
+    case_dem_free(&dem, 1);
+    free(none);
+    char *top = replaced(triangles, "vessel.stl", "constant/triSurface/vessel.stl");
+    read_dem(&f, top, &dem);
+    assert_clean(f.errors);
+    case_dem_free(&dem, 1);
+    free(top);
+    fixture_free(&f);
+}
+
+static void refused_surfaces(void **unused)
+{
+    (void)unused;
+    fixture f = fixture_new();
+    shell("mkdir %s/constant/triSurface%s", f.directory, "");
+    refused_in(&f, triangles, "yes", "yes", "demProperties:11: walls.vessel.shape.file: ");
+    refused_in(&f, triangles, "yes", "yes", "constant/triSurface/vessel.stl: cannot be opened");
+    put_box(&f, "constant/triSurface/vessel.stl", 100, 200, 400);
+    refused_in(&f, triangles, "translate (0 0 .01)", "translate (0 0)", "accepted: a vector");
+    refused_in(&f, triangles, "scale .001; ", "",
+               "walls.vessel.shape.file: the surface in vessel.stl extends over 100 x 200 x 400 m, "
+               "the domain over 0.1 x 0.2 x 0.4 m; is the file in millimetres? then: scale 0.001");
+    refused_in(&f, triangles, "scale .001", "scale 1e-6",
+               "extends over 0.0001 x 0.0002 x 0.0004 m, the domain over 0.1 x 0.2 x 0.4 m, and it "
+               "is smaller than a particle; is its scale too small?");
+    refused_in(&f, triangles, "scale .001", "scale 0",
+               "walls.vessel.shape.scale: found '0'; accepted: a number > 0");
+    refused_in(&f, triangles, "scale .001", "scale .001; featureAngle 200",
+               "accepted: a number > 0 and <= 180 in degrees");
+    refused_in(&f, triangles, "scale .001", "scale .001; spacing .002",
+               "sampled at a spacing of 0.002 m, it is too coarse for particles of 0.003 m");
+    refused_in(&f, triangles, "scale .001", "scale .001; sampling 3", "sampling: unknown key");
+    fixture_free(&f);
+}
+
+/* A plate with a hole, turned by 90 degrees about y and shifted: where it is solid. */
+static void shapes_of_shapes(void **unused)
+{
+    (void)unused;
+    fixture f = fixture_new();
+    case_dem dem;
+    const char *const text = DEM_MATERIALS
+        "insertion { bed { type random; number 50; material glass; diameter .003;\n"
+        "region { type intersection; shapes (\n"
+        "{ type box; min (0 0 0); max (.1 .2 .15); }\n"
+        "{ type complement; shape { type cylinder; point1 (.05 .1 0); point2 (.05 .1 1); radius "
+        ".04; } } ); } } }\n"
+        "walls { plate { material steel; shape { type intersection; shapes (\n"
+        "{ type box; min (-.1 -.1 0); max (.1 .1 .01); }\n"
+        "{ type complement; shape { type cylinder; point1 (0 0 -1); point2 (0 0 1); radius .03; } "
+        "} );\n"
+        "rotate { axis (0 3 0); angle 90; } translate (.05 .1 .2); } }\n"
+        "pair { material steel; shape { type union; shapes (\n"
+        "{ type sphere; centre (0 0 0); radius 1; scale .01; translate (.02 .02 .3); }\n"
+        "{ type sphere; centre (.08 .02 .3); radius .01; } ); } } }\n";
+    read_dem(&f, text, &dem);
+    assert_clean(f.errors);
+    /* turned: z becomes x, x becomes -z. The plate lies in x from .05 to .06. */
+    const dem_sdf *plate = dem.param.wall[0].shape, *pair = dem.param.wall[1].shape;
+    assert_near(dem_sdf_distance(plate, (double[]){.055, .16, .24}), -.005, 1e-9);
+    assert_near(dem_sdf_distance(plate, (double[]){.047, .16, .24}), .003, 1e-9);
+    assert_near(dem_sdf_distance(plate, (double[]){.055, .1, .2}), .03, 1e-9);
+    assert_near(dem_sdf_distance(pair, (double[]){.02, .02, .313}), .003, 1e-9);
+    assert_near(dem_sdf_distance(pair, (double[]){.08, .02, .285}), .005, 1e-9);
+    const dem_insertion *bed = dem.param.insertion;
+    assert_true(dem_sdf_distance(bed->region, (double[]){.05, .1, .1}) < 0);
+    assert_near(dem_sdf_distance(bed->region, (double[]){.05, .145, .1}), .005, 1e-9);
+    assert_near(bed->hi[2], .15, 0);
+    case_dem_free(&dem, 1);
+
+    refused_in(
+        &f, text, "type intersection; shapes (\n{ type box; min (-.1",
+        "type intersecton; shapes (\n{ type box; min (-.1",
+        "walls.plate.shape.type: found 'intersecton'; accepted: plane, box, sphere, "
+        "cylinder, cone, stl, union, intersection, complement; did you mean 'intersection'?");
+    refused_in(&f, text, "type union; shapes", "type union; shape", "did you mean 'shapes'?");
+    refused_in(&f, text, "angle 90;", "", "walls.plate.shape.rotate.angle: missing");
+    refused_in(&f, text, "axis (0 3 0)", "axis (0 0 0)", "found (0 0 0); accepted: a direction");
+    refused_in(&f, text, "scale .01", "scale -1", "pair.shape.shapes[0].scale: found '-1'");
+    refused_in(&f, text, "{ type box; min (0 0 0); max (.1 .2 .15); }",
+               "{ type plane; point (0 0 0); normal (0 0 1); }",
+               "region.shapes[0].type: found 'plane'");
+    refused_in(&f, text, "max (.1 .2 .15)", "max (.1 .2 .5)",
+               "insertion.bed.region: the region reaches from 0 to 0.5 m in z");
+    refused_in(&f, text, "min (0 0 0); max (.1 .2 .15); }",
+               "min (0 0 0); max (.1 .2 .15); rotate { axis (0 0 1); angle 30; } }",
+               "insertion.bed.region: the region reaches from ");
+    fixture_free(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(motions),
-        cmocka_unit_test(motion_file),
-        cmocka_unit_test(refused_motions),
+        cmocka_unit_test(motions),          cmocka_unit_test(motion_file),
+        cmocka_unit_test(refused_motions),  cmocka_unit_test(surfaces),
+        cmocka_unit_test(refused_surfaces), cmocka_unit_test(shapes_of_shapes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
