@@ -109,6 +109,9 @@ static dem_status copy_param(dem_sim *sim, const dem_param *param)
     dem_status status = copy_materials(sim, param);
     if (status) return status;
     choose_extras(sim, param);
+    sim->progress = (sdf_progress){param->progress, param->progress_context};
+    sim->sdf_cache = param->sdf_cache ? strdup(param->sdf_cache) : NULL;
+    if (param->sdf_cache && !sim->sdf_cache) return no_memory(sim);
     if (walls_init(&sim->walls, param->n_wall, param->wall, sim->lo, sim->hi) ||
         particles_init(&sim->particles))
         return no_memory(sim);
@@ -148,12 +151,14 @@ dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
     MPI_Comm_dup(comm, &sim->comm);
     dem_status status = check_param(sim, param);
     if (!status) status = copy_param(sim, param);
+    if (!status) status = walls_sample_for(sim, param);
     for (size_t k = 0; k < param->n_insertion && !status; k++)
         status = run_insertion(sim, &param->insertion[k]);
     if (status) return status;
     /* Regions have done their duty. */
     for (size_t k = 0; k < param->n_insertion; k++)
         if (param->insertion[k].region) dem_sdf_free(param->insertion[k].region);
+    sim->progress.call = NULL; /* what it tells may not outlive this call */
     sim->owns_shapes = 1;
     return DEM_OK;
 }
@@ -165,6 +170,7 @@ void dem_free(dem_sim *sim)
     neighbour_free(&sim->list);
     contacts_free(&sim->contacts);
     walls_free(&sim->walls, sim->owns_shapes);
+    free(sim->sdf_cache);
     free(sim->material);
     free(sim->pair);
     free(sim->table);

@@ -12,6 +12,7 @@
 #include "material.h"
 #include "neighbour.h"
 #include "particles.h"
+#include "sdf.h"
 #include "wall.h"
 
 struct dem_sim {
@@ -37,6 +38,8 @@ struct dem_sim {
     contacts contacts;
     walls walls;
     balance balance;
+    char *sdf_cache;       /* directory, or NULL */
+    sdf_progress progress; /* while dem_new is at work */
     int owns_shapes; /* set when dem_new has succeeded */
 
     double smallest_any, median_radius, largest_radius; /* m; 0 without particles */

@@ -95,17 +95,20 @@ dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*
     particles *p = &sim->particles;
     if (!n) return DEM_OK;
     double largest = sim->largest_radius;
+    double smallest = p->n ? sim->smallest_any : INFINITY;
     for (size_t i = 0; i < n; i++) {
         dem_status status = check_particle(sim, i, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL,
                                            radius[i], material[i]);
         if (status) return status;
         largest = fmax(largest, radius[i]);
+        smallest = fmin(smallest, radius[i]);
     }
     if (p->n + n > NEIGHBOUR_MASK)
         return fail(sim, DEM_BAD_ARGUMENT, "%zu particles on one rank, at most %u", p->n + n,
                     (unsigned)NEIGHBOUR_MASK);
     dem_status status = check_range(sim, largest);
     if (!status && id) status = check_ids(sim, n, id);
+    if (!status) status = walls_sample(sim, 2 * smallest, 2 * largest);
     double overlap = 0;
     if (!status) status = check_overlaps(sim, n, x, radius, &overlap);
     double median = 0;

@@ -25,19 +25,32 @@
  */
 #include "wall.h"
 
+#include "sdf.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* x in the coordinates of the start of a wall. */
+static void in_wall(const wall_body *body, const double x[3], double b[3])
+{
+    const pose *now = &body->now;
+    double d[3] = {x[0] - now->place[0], x[1] - now->place[1], x[2] - now->place[2]};
+    if (body->moves)
+        pose_turn_back(now, d, b);
+    else
+        memcpy(b, x, 3 * sizeof *b);
+}
+
 /* Signed distance of part `part` of wall k, and its gradient, where the wall is now. */
 static double distance_now(const walls *w, int k, int part, const double x[3], double gradient[3])
 {
-    const pose *now = &w->body[k].now;
-    if (!w->body[k].moves) return dem_sdf_eval(w->wall[k].shape, part, x, gradient);
-    double d[3] = {x[0] - now->place[0], x[1] - now->place[1], x[2] - now->place[2]}, b[3], g[3];
-    pose_turn_back(now, d, b);
+    const wall_body *body = &w->body[k];
+    if (!body->moves) return dem_sdf_eval(w->wall[k].shape, part, x, gradient);
+    double b[3], g[3];
+    in_wall(body, x, b);
     double phi = dem_sdf_eval(w->wall[k].shape, part, b, g);
-    pose_turn(now, g, gradient);
+    pose_turn(&body->now, g, gradient);
     return phi;
 }
 
@@ -82,29 +95,62 @@ static dem_status append(walls *w, const wall_entry *entry)
     return DEM_OK;
 }
 
+/* The parts that some particle of begin...end-1 may be near to, into w->near; how many. */
+static size_t find_near(walls *w, const particles *p, size_t begin, size_t end, double margin)
+{
+    double lo[4], hi[4], centre[3], half2 = 0;
+    memcpy(lo, p->pos[begin], sizeof lo);
+    memcpy(hi, p->pos[begin], sizeof hi);
+    for (size_t i = begin + 1; i < end; i++)
+        for (int a = 0; a < 4; a++) {
+            lo[a] = fmin(lo[a], p->pos[i][a]);
+            hi[a] = fmax(hi[a], p->pos[i][a]);
+        }
+    for (int a = 0; a < 3; a++) {
+        centre[a] = .5 * (lo[a] + hi[a]);
+        half2 += .25 * (hi[a] - lo[a]) * (hi[a] - lo[a]);
+    }
+    size_t n = 0;
+    for (size_t k = 0; k < w->n; k++) {
+        int parts = dem_sdf_parts(w->wall[k].shape);
+        double reach = sqrt(half2) + hi[3] + margin + (w->body[k].moves ? w->slack : 0), b[3];
+        in_wall(&w->body[k], centre, b);
+        for (int part = 0; part < parts; part++)
+            if (sdf_near(w->wall[k].shape, part, b, reach))
+                w->near[n++] = (wall_part){(int)k, part};
+    }
+    return n;
+}
+
 dem_status walls_list(walls *w, const particles *p, double margin, const uint32_t *place)
 {
+    /* Particles that follow each other are neighbours: what the whole block is far from need not be
+     * asked of each. */
+    const size_t block = 16;
     dem_status status = set_aside(w, place);
     if (status) return status;
     w->n_entry = 0;
     double largest = 0;
     for (size_t i = 0; i < p->n; i++) largest = fmax(largest, p->pos[i][3]);
     walls_remember(w, largest + margin);
-    size_t old = 0;
-    for (size_t i = 0; i < p->n; i++)
-        for (size_t k = 0; k < w->n; k++) {
-            int parts = dem_sdf_parts(w->wall[k].shape);
-            double reach = p->pos[i][3] + margin + (w->body[k].moves ? w->slack : 0);
-            for (int part = 0; part < parts; part++) {
-                double gradient[3];
-                double phi = distance_now(w, (int)k, part, p->pos[i], gradient);
-                if (!(phi < reach)) continue;
-                wall_entry e = {{0}, {0}, (uint32_t)i, (int)k, part, 0};
-                while (old < w->n_before && by_particle(&w->before[old], &e) < 0) old++;
-                if (old < w->n_before && by_particle(&w->before[old], &e) == 0) e = w->before[old];
-                if ((status = append(w, &e))) return status;
-            }
+    size_t old = 0, n_near = 0;
+    for (size_t i = 0; i < p->n; i++) {
+        if (i % block == 0) {
+            size_t end = i + block < p->n ? i + block : p->n;
+            n_near = find_near(w, p, i, end, margin);
         }
+        double b[3];
+        for (size_t c = 0; c < n_near; c++) {
+            int k = w->near[c].wall, part = w->near[c].part;
+            double reach = p->pos[i][3] + margin + (w->body[k].moves ? w->slack : 0);
+            if (c == 0 || k != w->near[c - 1].wall) in_wall(&w->body[k], p->pos[i], b);
+            if (!sdf_near(w->wall[k].shape, part, b, reach)) continue;
+            wall_entry e = {{0}, {0}, (uint32_t)i, k, part, 0};
+            while (old < w->n_before && by_particle(&w->before[old], &e) < 0) old++;
+            if (old < w->n_before && by_particle(&w->before[old], &e) == 0) e = w->before[old];
+            if ((status = append(w, &e))) return status;
+        }
+    }
     return DEM_OK;
 }
 
@@ -121,13 +167,17 @@ void walls_renumber(walls *w, const uint32_t *place)
 
 double walls_overlap(const walls *w, size_t n, const double (*pos)[4])
 {
-    double largest = 0, gradient[3];
+    double largest = 0;
     for (size_t k = 0; k < w->n; k++) {
-        int parts = dem_sdf_parts(w->wall[k].shape);
-        for (size_t i = 0; i < n; i++)
+        const dem_sdf *shape = w->wall[k].shape;
+        int parts = dem_sdf_parts(shape);
+        for (size_t i = 0; i < n; i++) {
+            double b[3], gradient[3], r = pos[i][3];
+            in_wall(&w->body[k], pos[i], b);
             for (int part = 0; part < parts; part++)
-                largest =
-                    fmax(largest, 1 - distance_now(w, (int)k, part, pos[i], gradient) / pos[i][3]);
+                if (sdf_near(shape, part, b, r))
+                    largest = fmax(largest, 1 - dem_sdf_eval(shape, part, b, gradient) / r);
+        }
     }
     return largest;
 }

@@ -19,6 +19,10 @@ typedef struct wall_entry {
     int touch; /* when the forces were last summed */
 } wall_entry;
 
+typedef struct wall_part {
+    int wall, part;
+} wall_part;
+
 /* What a wall is besides its shape. */
 typedef struct wall_body {
     path path;
@@ -37,7 +41,9 @@ typedef struct walls {
     dem_wall *wall;      /* [n], shapes owned */
     wall_body *body;     /* [n] */
     double lo[3], hi[3]; /* domain, m */
-    double slack;        /* what a moving wall may have moved since the list was made, m */
+    wall_part *near;     /* [parts of all walls], those that a block of particles is near to */
+    double sampled_spacing, sampled_width; /* of triangle surfaces, m; 0: not sampled yet */
+    double slack; /* what a moving wall may have moved since the list was made, m */
     wall_entry *entry, *before;
     size_t n_entry, capacity, n_before, before_capacity;
 } walls;
@@ -73,6 +79,17 @@ double walls_speed(const walls *w, double time);
 void walls_clear_loads(walls *w);
 /* Means over the sub-steps. */
 void walls_average_loads(walls *w, int substeps);
+
+/* ---- wall_sample.c: surfaces of triangles ------------------------------------------------------
+ */
+
+struct dem_sim;
+
+/* See that the surfaces of triangles are sampled for particles of these diameters, m. Message in
+ * error, and for a note. */
+dem_status walls_sample(struct dem_sim *sim, double smallest, double largest);
+/* For all that insertions and feeders announce. */
+dem_status walls_sample_for(struct dem_sim *sim, const dem_param *param);
 
 /* ---- wall.c ---------------------------------------------------------------------------------- */
 

@@ -37,6 +37,10 @@ dem_status walls_init(walls *w, size_t n, const dem_wall *wall, const double lo[
     if (!w->wall || !w->body) return DEM_NO_MEMORY;
     memcpy(w->wall, wall, n * sizeof *w->wall);
     w->n = n;
+    size_t parts = 0;
+    for (size_t k = 0; k < n; k++) parts += (size_t)dem_sdf_parts(wall[k].shape);
+    w->near = malloc((parts + 1) * sizeof *w->near);
+    if (!w->near) return DEM_NO_MEMORY;
     dem_status status = DEM_OK;
     for (size_t k = 0; k < n && !status; k++) {
         wall_body *b = &w->body[k];
@@ -57,6 +61,7 @@ void walls_free(walls *w, int free_shapes)
     }
     free(w->wall);
     free(w->body);
+    free(w->near);
     free(w->entry);
     free(w->before);
     memset(w, 0, sizeof *w);
@@ -91,6 +96,14 @@ static void box_within(const walls *w, size_t k, double reach, double lo[3], dou
             hi[a] = fmax(hi[a], b[a]);
         }
     }
+    double from[3], to[3];
+    dem_sdf_bounds(w->wall[k].shape, from, to);
+    for (int a = 0; a < 3; a++)
+        if (from[a] > hi[a] || to[a] < lo[a]) return; /* out of reach as yet: all of the domain */
+    for (int a = 0; a < 3; a++) {
+        lo[a] = fmax(lo[a], from[a]);
+        hi[a] = fmin(hi[a], to[a]);
+    }
 }
 
 void walls_remember(walls *w, double reach)
@@ -107,7 +120,7 @@ int walls_hold(const walls *w)
 {
     for (size_t k = 0; k < w->n; k++) {
         const wall_body *b = &w->body[k];
-        if (!b->moves || b->lo[0] > b->hi[0]) continue; /* at rest, or out of reach */
+        if (!b->moves) continue;
         for (int corner = 0; corner < 8; corner++) {
             double c[3], x[3], y[3];
             for (int a = 0; a < 3; a++) c[a] = corner >> a & 1 ? b->hi[a] : b->lo[a];
@@ -128,7 +141,7 @@ double walls_speed(const walls *w, double time)
         if (!b->moves) continue;
         double lo[3], hi[3];
         box_within(w, k, 0, lo, hi);
-        if (lo[0] <= hi[0]) most = fmax(most, path_speed(&b->path, time, lo, hi));
+        most = fmax(most, path_speed(&b->path, time, lo, hi));
     }
     return most;
 }
