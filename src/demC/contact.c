@@ -63,6 +63,18 @@ static dem_status reserve(contacts *c, size_t entries)
     return DEM_OK;
 }
 
+void contacts_renumber(contacts *c, const uint32_t *place)
+{
+    size_t kept = 0;
+    for (size_t s = 0; s < c->n_saved; s++) {
+        saved_contact old = c->saved[s];
+        old.i = place[old.i];
+        old.j = place[old.j];
+        if (old.i != UINT32_MAX && old.j != UINT32_MAX) c->saved[kept++] = old;
+    }
+    c->n_saved = kept;
+}
+
 dem_status contacts_restore(contacts *c, const neighbour *list, size_t n)
 {
     size_t entries = list->row[n];

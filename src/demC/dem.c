@@ -4,14 +4,16 @@
  *
  * One step, in dem_advance:
  *
- *     neighbour list   only when some particle has moved by half the skin: wrap, check that none
- *                      is lost, sort by (cell, id), list, history of contacts carried over
+ *     feeders          at moments of their own
+ *     neighbour list   only when some particle has moved by half the skin: outlets take what is in
+ *                      them, wrap, check that none is lost, sort by (cell, id), list, history of
+ *                      contacts carried over
  *     forces           pairs, then walls, at x and v of the step's beginning
  *     motion           symplectic Euler; impulse of the outside force
  *
- * After the last one: check again that no particle is lost, so that the caller never sees one.
- * Everything is allocated when particles are added or the list is rebuilt; a step allocates
- * nothing.
+ * After the last one: outlets again, and check again that no particle is lost, so that the caller
+ * never sees one. Everything is allocated when particles come or go or the list is rebuilt; any
+ * other step allocates nothing.
  */
 #include "check.h"
 #include "dem_internal.h"
@@ -154,8 +156,10 @@ dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
     if (!status) status = walls_sample_for(sim, param);
     for (size_t k = 0; k < param->n_insertion && !status; k++)
         status = run_insertion(sim, &param->insertion[k]);
+    if (!status) status = feeders_init(sim, param);
+    if (!status) status = outlets_init(sim, param);
     if (status) return status;
-    /* Regions have done their duty. */
+    /* Regions of insertions have done their duty. */
     for (size_t k = 0; k < param->n_insertion; k++)
         if (param->insertion[k].region) dem_sdf_free(param->insertion[k].region);
     sim->progress.call = NULL; /* what it tells may not outlive this call */
@@ -170,6 +174,8 @@ void dem_free(dem_sim *sim)
     neighbour_free(&sim->list);
     contacts_free(&sim->contacts);
     walls_free(&sim->walls, sim->owns_shapes);
+    feeders_free(&sim->feeders, sim->owns_shapes);
+    outlets_free(&sim->outlets, sim->owns_shapes);
     free(sim->sdf_cache);
     free(sim->material);
     free(sim->pair);
@@ -198,9 +204,10 @@ static dem_status rebuild(dem_sim *sim)
 {
     particles *p = &sim->particles;
     neighbour *list = &sim->list;
-    dem_status status = check_inside(sim);
-    if (status) return status;
-    /* After dem_add the histories are saved already, and the list no longer fits. */
+    dem_status status = outlets_take(sim);
+    if (!status) status = check_inside(sim);
+    if (status || !p->n) return status;
+    /* After particles came or went the histories are saved already, and the list no longer fits. */
     if (list->valid && contacts_save(&sim->contacts, list, p->n)) return no_memory(sim);
     /* With the largest radius for the skin or the cells, one large sphere would have crowds of
      * small ones in each other's lists. */
@@ -240,10 +247,24 @@ static void sum_forces(dem_sim *sim, double dt, int last)
                          .balance = pairs.balance};
     sum_wall_forces(&walls, &sim->walls, p);
     if (sim->balance.on) balance_springs(&sim->balance, &pairs.springs, &walls.springs);
-    for (int a = 0; a < 3; a++) r->wall_impulse[a] += dt * walls.on_particles[a];
+    for (int a = 0; a < 3; a++) {
+        r->wall_impulse[a] += dt * walls.on_particles[a];
+        r->gravity_impulse[a] += dt * sim->mass * sim->gravity[a];
+    }
     r->contacts = (int64_t)pairs.contacts;
     r->wall_contacts = (int64_t)walls.contacts;
     r->overlap = fmax(pairs.overlap, walls.overlap);
+}
+
+/* A step without particles. */
+static dem_status idle(dem_sim *sim, double dt)
+{
+    dem_report *r = &sim->report;
+    r->contacts = r->wall_contacts = 0;
+    r->overlap = 0;
+    r->step = dt;
+    sim->time += dt;
+    return DEM_OK;
 }
 
 /* One step of the length dt. */
@@ -253,10 +274,11 @@ static dem_status step(dem_sim *sim, double dt, int last)
     dem_report *r = &sim->report;
     double begin = MPI_Wtime();
     walls_move(&sim->walls, sim->time, dt);
-    if (!neighbour_holds(&sim->list, p, sim->speed * r->step)) {
-        dem_status status = rebuild(sim);
-        if (status) return status;
-    }
+    dem_status status = feeders_feed(sim, dt);
+    if (!status && p->n && !neighbour_holds(&sim->list, p, sim->speed * r->step))
+        status = rebuild(sim);
+    if (status) return status;
+    if (!p->n) return idle(sim, dt);
     if (!walls_hold(&sim->walls)) {
         /* The particles have their half skin yet to go, counted from where they were listed. */
         double margin = .5 * sim->list.skin + sim->list.moved;
@@ -285,10 +307,23 @@ static void clear_sums(dem_sim *sim)
     particles *p = &sim->particles;
     dem_report *r = &sim->report;
     memset(r->wall_impulse, 0, sizeof r->wall_impulse);
+    memset(r->gravity_impulse, 0, sizeof r->gravity_impulse);
+    memset(r->fed_momentum, 0, sizeof r->fed_momentum);
+    memset(r->removed_momentum, 0, sizeof r->removed_momentum);
+    memset(r->removed_impulse, 0, sizeof r->removed_impulse);
+    r->fed = r->removed = 0;
+    r->fed_mass = r->removed_mass = 0;
+    particles_clear_removed(p);
     r->seconds_force = r->seconds_neighbour = r->seconds_other = 0;
     if (p->n) memset(p->gain, 0, p->n * sizeof *p->gain);
     walls_clear_loads(&sim->walls);
     balance_clear(sim);
+}
+
+static void set_clock(dem_sim *sim, double time)
+{
+    sim->time = time;
+    walls_move(&sim->walls, time, 0);
 }
 
 dem_status dem_advance(dem_sim *sim, double dt, int substeps)
@@ -306,20 +341,21 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     clear_sums(sim);
     dem_status status = DEM_OK;
     double end = sim->time + dt;
-    for (int s = 0; s < substeps && sim->particles.n && !status; s++)
+    for (int s = 0; s < substeps && !status; s++)
         status = step(sim, dt / substeps, s == substeps - 1);
     if (!status) {
-        dem_set_time(sim, end);
+        set_clock(sim, end);
         sim->overlap = sim->particles.n ? sim->report.overlap : 0;
     }
-    /* The list looks when it is rebuilt; who is handed the particles must find all of them inside.
-     */
+    /* Both are done when the list is rebuilt; who is handed the particles must find all of them
+     * inside. */
+    if (!status) status = outlets_take(sim);
     if (!status) status = check_inside(sim);
     double begin = MPI_Wtime();
     sim->report.substeps = substeps;
     walls_average_loads(&sim->walls, substeps);
     particles_publish(&sim->particles, sim->lo, sim->hi, sim->periodic);
-    report_sums(sim, dt);
+    report_sums(sim);
     balance_report(sim);
     sim->report.seconds_other += MPI_Wtime() - begin;
     return status;
@@ -332,8 +368,8 @@ double dem_time(const dem_sim *sim)
 
 void dem_set_time(dem_sim *sim, double time)
 {
-    sim->time = time;
-    walls_move(&sim->walls, time, 0);
+    feeders_set_time(sim, time);
+    set_clock(sim, time);
 }
 
 /* ---- what happened --------------------------------------------------------------------------- */

@@ -243,7 +243,9 @@ typedef struct dem_insertion {
     uint64_t seed;
 } dem_insertion;
 
-/* Particles that enter during the run, at random free places of a region. */
+/* Particles that enter during the run, at random free places of a region, at moments of the
+ * feeder's own from `begin` to `end` (feed.c). What the rate asks for and the region has no room
+ * for waits, up to the end. */
 typedef struct dem_feeder {
     char name[DEM_NAME];
     dem_sdf *region;     /* as in dem_insertion; owned likewise */
@@ -259,7 +261,8 @@ typedef struct dem_feeder {
     uint64_t seed;
 } dem_feeder;
 
-/* A region that takes every particle whose centre gets into it. */
+/* A region that takes every particle whose centre gets into it: when the neighbour list is rebuilt,
+ * and at the end of every dem_advance. It should be wider than the skin. */
 typedef struct dem_outlet {
     char name[DEM_NAME];
     dem_sdf *region;   /* made with inside = 1; owned likewise */
@@ -348,6 +351,8 @@ dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*
 int dem_attach(dem_sim *sim, const char *name, int width);
 /* The column, [n][width], valid as long as a dem_view. */
 double *dem_column(dem_sim *sim, int handle);
+/* Sum of the column, [width], over the particles that outlets took in the last dem_advance. */
+void dem_removed_column(const dem_sim *sim, int handle, double *sum);
 
 /**
  * Set the outside force F = f + k (w - v) - M dv/dt for the coming dem_advance, in the order of
@@ -415,13 +420,14 @@ typedef struct dem_report {
     double kinetic_energy;         /* translational, J */
     double rotational_energy;      /* J */
     double momentum[3];            /* sum m v, kg m/s */
-    double outside_impulse[3];     /* delivered by the outside force, N s */
+    double outside_impulse[3];     /* delivered by the outside force, to those removed too, N s */
     double gravity_impulse[3];     /* N s */
     double wall_impulse[3];        /* given by all walls to particles, N s */
     double mass;                   /* of the particles present, kg */
     int64_t fed, removed;          /* particles, in the last advance */
     double fed_mass, removed_mass; /* kg, likewise */
     double fed_momentum[3], removed_momentum[3]; /* kg m/s, likewise */
+    double removed_impulse[3]; /* what the outside force gave to those removed, N s, likewise */
     dem_energy energy;                           /* zeros unless param.balance */
     /* about the origin, kg m2/s, unless param.balance is 0: of the particles; given in the last
      * advance by walls, gravity and outside force; meaningless with periodic sides */

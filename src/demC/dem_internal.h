@@ -8,9 +8,11 @@
 #include "balance.h"
 #include "contact.h"
 #include "contact_extra.h"
+#include "feed.h"
 #include "integrate.h"
 #include "material.h"
 #include "neighbour.h"
+#include "outlet.h"
 #include "particles.h"
 #include "sdf.h"
 #include "wall.h"
@@ -37,6 +39,8 @@ struct dem_sim {
     neighbour list;
     contacts contacts;
     walls walls;
+    feeders feeders;
+    outlets outlets;
     balance balance;
     char *sdf_cache;       /* directory, or NULL */
     sdf_progress progress; /* while dem_new is at work */
@@ -45,6 +49,8 @@ struct dem_sim {
     double smallest_any, median_radius, largest_radius; /* m; 0 without particles */
     double *smallest_mass, *smallest_radius; /* [n_material], infinite without particles */
     int uniform;                             /* one material, radius and mass */
+    double mass;                             /* of all particles, kg */
+    double coming_radius, coming_speed;      /* of what feeders may yet bring: largest, m, m/s */
     double speed;                            /* no particle is faster, m/s */
     double overlap;                          /* largest / smaller radius, when last looked at, - */
 
@@ -59,5 +65,12 @@ dem_status fail(dem_sim *sim, dem_status status, const char *format, ...)
 dem_status no_memory(dem_sim *sim);
 /* Smallest and largest particles, and whether all are alike; after particles came or went. */
 void take_stock(dem_sim *sim);
+double sphere_mass(const dem_sim *sim, double radius, int material);
+/* As dem_add, of particles that need no check; they are not published. */
+dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],
+                           const double (*omega)[3], const double *radius, const int *material,
+                           const int64_t *id);
+/* Take out the particles in the rows i with gone[i], and book what leaves with them. */
+dem_status remove_particles(dem_sim *sim, const uint8_t *gone);
 
 #endif

@@ -36,31 +36,36 @@ static dem_status lay_cells(const grid *g, grid_level *l, double reach, size_t n
 }
 
 dem_status grid_init(grid *g, const double lo[3], const double hi[3], const int periodic[3],
-                     size_t n, const double (*x)[3], const double *r, double reserve)
+                     double smallest, double largest, size_t n, double reserve)
 {
-    *g = (grid){.reserve = reserve, .smallest = INFINITY, .x = x, .r = r};
+    *g = (grid){.reserve = reserve, .smallest = smallest};
     for (int k = 0; k < 3; k++) {
         g->lo[k] = lo[k];
         g->length[k] = hi[k] - lo[k];
         g->periodic[k] = periodic[k];
     }
-    for (size_t i = 0; i < n; i++) g->smallest = fmin(g->smallest, r[i]);
-    size_t count[GRID_LEVELS] = {0};
-    for (size_t i = 0; i < n; i++) {
-        const int l = level_of(g, r[i]);
-        g->level[l].radius = fmax(g->level[l].radius, r[i]);
-        count[l]++;
+    for (int l = 0; l <= level_of(g, largest); l++) {
+        g->level[l].radius = l < GRID_LEVELS - 1 ? fmin(largest, ldexp(smallest, l + 1)) : largest;
+        if (lay_cells(g, &g->level[l], 2 * g->level[l].radius + reserve, n)) {
+            grid_free(g);
+            return DEM_NO_MEMORY;
+        }
     }
-    g->next = malloc((n + 1) * sizeof *g->next);
-    dem_status status = g->next ? DEM_OK : DEM_NO_MEMORY;
-    for (int l = 0; l < GRID_LEVELS && !status; l++)
-        if (count[l])
-            status = lay_cells(g, &g->level[l], 2 * g->level[l].radius + reserve, count[l]);
-    if (status)
-        grid_free(g);
-    else
-        grid_clear(g);
-    return status;
+    grid_clear(g);
+    return DEM_OK;
+}
+
+dem_status grid_reserve(grid *g, size_t n, const double (*x)[3], const double *r)
+{
+    g->x = x;
+    g->r = r;
+    if (g->next && n <= g->capacity) return DEM_OK;
+    const size_t room = n + n / 2 + 1;
+    int *grown = realloc(g->next, room * sizeof *grown);
+    if (!grown) return DEM_NO_MEMORY;
+    g->next = grown;
+    g->capacity = room;
+    return DEM_OK;
 }
 
 void grid_free(grid *g)
@@ -72,8 +77,10 @@ void grid_free(grid *g)
 
 void grid_clear(grid *g)
 {
-    for (grid_level *l = g->level; l < g->level + GRID_LEVELS; l++)
+    for (grid_level *l = g->level; l < g->level + GRID_LEVELS; l++) {
         for (size_t c = 0; l->head && c < cells_of(l); c++) l->head[c] = -1;
+        l->n = 0;
+    }
 }
 
 static int cell_along(const grid *g, const grid_level *l, int k, double x)
@@ -93,6 +100,7 @@ void grid_enter(grid *g, size_t i)
     int *head = &l->head[(c * (size_t)l->cells[1] + b) * (size_t)l->cells[0] + a];
     g->next[i] = *head;
     *head = (int)i;
+    l->n++;
 }
 
 /* The cells along k that reach to within `reach` of x: from *from on, their number. */
@@ -135,7 +143,7 @@ int grid_search(const grid *g, const double x[3], double radius, grid_visitor *v
 {
     int end_it = 0;
     for (const grid_level *l = g->level; l < g->level + GRID_LEVELS && !end_it; l++)
-        if (l->head)
+        if (l->n > 0)
             end_it = search_level(g, l, x, radius + l->radius + g->reserve, visit, context);
     return end_it;
 }

@@ -15,10 +15,11 @@
 enum { GRID_LEVELS = 32 };
 
 typedef struct grid_level {
-    double radius; /* of its largest sphere, m; 0: it has none */
+    double radius; /* that no sphere of it exceeds, m */
+    size_t n;      /* spheres that have entered */
     int cells[3];
     double per_m[3]; /* cells per metre */
-    int *head;       /* first sphere of a cell, -1: none */
+    int *head;       /* first sphere of a cell, -1: none; NULL: no sphere has that size */
 } grid_level;
 
 typedef struct grid {
@@ -29,15 +30,18 @@ typedef struct grid {
     grid_level level[GRID_LEVELS];
     const double (*x)[3]; /* of the caller */
     const double *r;
-    int *next; /* next sphere in the same cell, -1: none */
+    int *next; /* [capacity] next sphere in the same cell, -1: none */
+    size_t capacity;
 } grid;
 
 /* Called for the spheres of the cells near x; anything but zero ends the search and is returned. */
 typedef int grid_visitor(void *context, int j);
 
-/* An empty grid from lo to hi for the n spheres of radii r, whose centres are x when they enter. */
+/* An empty grid from lo to hi for some n spheres of radii from `smallest` to `largest`. */
 dem_status grid_init(grid *g, const double lo[3], const double hi[3], const int periodic[3],
-                     size_t n, const double (*x)[3], const double *r, double reserve);
+                     double smallest, double largest, size_t n, double reserve);
+/* The spheres that may enter are n, at x with radii r: arrays of the caller. */
+dem_status grid_reserve(grid *g, size_t n, const double (*x)[3], const double *r);
 void grid_free(grid *g);
 /* All spheres leave. */
 void grid_clear(grid *g);

@@ -374,6 +374,44 @@ dem_status neighbour_fill(neighbour *list, particles *p, int uneven)
     return DEM_OK;
 }
 
+/* The cells along a that cover lo..hi: from *from on, their number. */
+static int stretch(const neighbour *list, int a, double lo, double hi, int *from)
+{
+    const int m = list->cells[a];
+    const double begin = floor((lo - list->origin[a]) * list->per_width[a]);
+    const double end = floor((hi - list->origin[a]) * list->per_width[a]);
+    *from = 0;
+    if (!list->periodic[a]) {
+        *from = (int)fmin(fmax(begin, 0), m - 1);
+        return (int)fmin(fmax(end, 0), m - 1) - *from + 1;
+    }
+    if (end - begin + 1 >= m) return m;
+    *from = (int)(begin - m * floor(begin / m));
+    return (int)(end - begin) + 1;
+}
+
+int neighbour_near(const neighbour *list, const particles *p, const double lo[3],
+                   const double hi[3], neighbour_visit *visit, void *context)
+{
+    int from[3], count[3], end_it = 0;
+    if (!list->valid) {
+        for (size_t i = 0; i < p->n && !end_it; i++) end_it = visit(context, (uint32_t)i);
+        return end_it;
+    }
+    /* Cells know where particles were when the list was built. */
+    for (int a = 0; a < 3; a++)
+        count[a] = stretch(list, a, lo[a] - list->skin, hi[a] + list->skin, &from[a]);
+    for (int k = 0; k < count[0] * count[1] * count[2] && !end_it; k++) {
+        const size_t x = (size_t)((from[0] + k % count[0]) % list->cells[0]),
+                     y = (size_t)((from[1] + k / count[0] % count[1]) % list->cells[1]),
+                     z = (size_t)((from[2] + k / count[0] / count[1]) % list->cells[2]);
+        const size_t c = (z * (size_t)list->cells[1] + y) * (size_t)list->cells[0] + x;
+        for (uint32_t i = list->cell_first[c]; i < list->cell_first[c + 1] && !end_it; i++)
+            end_it = visit(context, i);
+    }
+    return end_it;
+}
+
 int neighbour_holds(neighbour *list, const particles *p, double speed_dt)
 {
     if (!list->valid) return 0;

@@ -59,6 +59,12 @@ dem_status neighbour_sort(neighbour *list, particles *p, double range);
 dem_status neighbour_fill(neighbour *list, particles *p, int uneven);
 /* The place of the pair (i, j), i < j, among the entries; row[i + 1] if it is not in the list. */
 size_t neighbour_find(const neighbour *list, uint32_t i, uint32_t j);
+/* Called for a particle; anything but zero ends the search and is returned. */
+typedef int neighbour_visit(void *context, uint32_t i);
+/* The particles in the box from lo to hi, m, or an image of it, and some around it; all of them
+ * when there is no valid list. */
+int neighbour_near(const neighbour *list, const particles *p, const double lo[3],
+                   const double hi[3], neighbour_visit *visit, void *context);
 /* Nonzero if no particle has moved by skin/2; call with the largest speed of the coming step. */
 int neighbour_holds(neighbour *list, const particles *p, double speed_dt);
 

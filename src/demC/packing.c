@@ -46,13 +46,13 @@ const double packing_apart = -1e-9; /* of the distance of touching */
 
 typedef struct packing {
     const packing_room *room;
-    size_t n, all;       /* new spheres, new and fixed */
-    double (*x)[3];      /* [all] */
-    double *r;           /* [all] */
-    double largest;      /* radius, m */
-    grid grid;           /* over the domain */
-    double (*origin)[3]; /* [n] positions at which the pair list was made */
-    size_t *offset;      /* [n+1] pairs of sphere i: partner[offset[i] .. offset[i+1]) */
+    size_t n, all;            /* new spheres, new and fixed */
+    double (*x)[3];           /* [all] */
+    double *r;                /* [all] */
+    double smallest, largest; /* radii, m */
+    grid grid;                /* over the domain */
+    double (*origin)[3];      /* [n] positions at which the pair list was made */
+    size_t *offset;           /* [n+1] pairs of sphere i: partner[offset[i] .. offset[i+1]) */
     int *partner;
     size_t capacity;
 } packing;
@@ -162,8 +162,9 @@ static void packing_free(packing *p)
 static dem_status make_grid(packing *p, double reserve)
 {
     grid_free(&p->grid);
-    return grid_init(&p->grid, p->room->lo, p->room->hi, p->room->periodic, p->all,
-                     (const double(*)[3])p->x, p->r, reserve);
+    const dem_status status = grid_init(&p->grid, p->room->lo, p->room->hi, p->room->periodic,
+                                        p->smallest, p->largest, p->all, reserve);
+    return status ? status : grid_reserve(&p->grid, p->all, (const double(*)[3])p->x, p->r);
 }
 
 /* A packing of n new spheres (positions not yet set) and the fixed ones that are in the grid. */
@@ -178,7 +179,10 @@ static dem_status packing_make(packing *p, const packing_room *room, size_t n, c
     if (n) memcpy(p->r, r, n * sizeof *p->r);
     if (n_old) memcpy(p->x + n, x_old, n_old * sizeof *p->x);
     if (n_old) memcpy(p->r + n, r_old, n_old * sizeof *p->r);
-    for (size_t i = 0; i < p->all; i++) p->largest = fmax(p->largest, p->r[i]);
+    for (size_t i = 0; i < p->all; i++) {
+        p->smallest = i ? fmin(p->smallest, p->r[i]) : p->r[i];
+        p->largest = fmax(p->largest, p->r[i]);
+    }
     const dem_status status = make_grid(p, 0);
     for (size_t i = n; i < p->all && status == DEM_OK; i++) grid_enter(&p->grid, i);
     return status;

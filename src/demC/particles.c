@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * particles.c - the store of particles: add, grow, sort, attached columns.
+ * particles.c - the store of particles: add, remove, grow, sort, attached columns.
  *
  * Arrays are aligned to 64 bytes and grow by half. Sorting gathers each field through a scratch
  * array; it happens only when the neighbour list is rebuilt. Forces are zero then, and what is
@@ -76,7 +76,10 @@ dem_status particles_init(particles *p)
 
 void particles_free(particles *p)
 {
-    for (size_t f = 0; f < p->n_field; f++) free(*address(&p->field[f]));
+    for (size_t f = 0; f < p->n_field; f++) {
+        free(*address(&p->field[f]));
+        free(p->field[f].removed);
+    }
     free(p->field);
     free(p->scratch);
     memset(p, 0, sizeof *p);
@@ -141,10 +144,37 @@ dem_status particles_permute(particles *p, const uint32_t *order)
     return DEM_OK;
 }
 
+dem_status particles_keep(particles *p, const uint32_t *order, size_t n)
+{
+    p->n = n;
+    return particles_permute(p, order);
+}
+
 int particles_attach(particles *p, const char *name, int width)
 {
-    int f = enter(p, NULL, (size_t)width * sizeof(double), name);
-    return f < 0 ? -1 : f - (int)p->n_fixed;
+    double *removed = calloc((size_t)width, sizeof *removed);
+    int f = removed ? enter(p, NULL, (size_t)width * sizeof(double), name) : -1;
+    if (f < 0) {
+        free(removed);
+        return -1;
+    }
+    p->field[f].removed = removed;
+    return f - (int)p->n_fixed;
+}
+
+void particles_clear_removed(particles *p)
+{
+    for (size_t f = p->n_fixed; f < p->n_field; f++)
+        memset(p->field[f].removed, 0, p->field[f].size);
+}
+
+void particles_count_removed(particles *p, size_t i)
+{
+    for (field *f = p->field + p->n_fixed; f < p->field + p->n_field; f++) {
+        size_t width = f->size / sizeof(double);
+        const double *row = (const double *)f->data + i * width;
+        for (size_t c = 0; c < width; c++) f->removed[c] += row[c];
+    }
 }
 
 double *particles_column(particles *p, int handle)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * particles.h - the store of particles: add, grow, sort, attached columns.
+ * particles.h - the store of particles: add, remove, grow, sort, attached columns.
  *
  * Data layout. What the force loop reads lies in records of 32 or 64 aligned bytes, one cache line
  * at most per particle and purpose; a fourth number fills what three vector components leave free:
@@ -23,8 +23,9 @@ typedef double vec4 __attribute__((vector_size(32)));
 typedef struct field {
     void **slot; /* where the address of the array is kept; NULL: in `data` */
     void *data;
-    size_t size; /* bytes per particle */
-    int stays;   /* nonzero: made anew before it is read again, so it need not be sorted */
+    size_t size;     /* bytes per particle */
+    int stays;       /* nonzero: made anew before it is read again, so it need not be sorted */
+    double *removed; /* of a column: its sum over the particles that have gone */
     char name[DEM_NAME];
 } field;
 
@@ -57,9 +58,14 @@ void particles_free(particles *p);
 dem_status particles_reserve(particles *p, size_t capacity);
 /* Put at the place i what was at the place order[i], in every field that does not stay. */
 dem_status particles_permute(particles *p, const uint32_t *order);
+/* Keep the n particles at the places order[], increasing, in that order. */
+dem_status particles_keep(particles *p, const uint32_t *order, size_t n);
 /* Handle of a new column or -1. */
 int particles_attach(particles *p, const char *name, int width);
 double *particles_column(particles *p, int handle);
+/* Sums of the columns over the particles gone since: to zero, and with that of row i. */
+void particles_clear_removed(particles *p);
+void particles_count_removed(particles *p, size_t i);
 /* Append one particle; there must be room. */
 void particles_append(particles *p, const double x[3], const double v[3], const double omega[3],
                       double radius, double mass, int material, int64_t id);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * population.c - who is there: views of the particles, adding them, columns, the outside force.
+ * population.c - who is there: views of the particles, adding and removing them, columns, the
+ * outside force.
  *
  * Whatever adds or takes particles ends with take_stock(), which knows the smallest and largest,
  * whether all are alike, and the speed none exceeds: what the loops and the time step go by.
@@ -54,6 +55,11 @@ static dem_status check_ids(dem_sim *sim, size_t n, const int64_t *id)
                : fail(sim, DEM_BAD_ARGUMENT, "particle id %lld is given twice", (long long)twice);
 }
 
+double sphere_mass(const dem_sim *sim, double radius, int material)
+{
+    return 4. / 3 * M_PI * radius * radius * radius * sim->material[material].density;
+}
+
 /* The radius that half of the particles, present and new, do not exceed. */
 static dem_status median_of(dem_sim *sim, size_t n, const double *radius, double *median)
 {
@@ -61,15 +67,35 @@ static dem_status median_of(dem_sim *sim, size_t n, const double *radius, double
     double *all = malloc((p->n + n) * sizeof *all);
     if (!all) return no_memory(sim);
     if (p->n) memcpy(all, p->radius, p->n * sizeof *all);
-    memcpy(all + p->n, radius, n * sizeof *all);
+    if (n) memcpy(all + p->n, radius, n * sizeof *all);
     *median = gsl_stats_median(all, 1, p->n + n);
     free(all);
     return DEM_OK;
 }
 
+/* Particles that feeders have yet to bring: they set the time step from the beginning. */
+static void look_ahead(dem_sim *sim)
+{
+    sim->coming_radius = sim->coming_speed = 0;
+    for (const feeder *f = sim->feeders.feeder; f < sim->feeders.feeder + sim->feeders.n; f++) {
+        if (!feeder_goes_on(sim, f)) continue;
+        const double *v = f->given.velocity;
+        const double speed = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        sim->coming_radius = fmax(sim->coming_radius, .5 * f->mixture.largest);
+        sim->coming_speed = fmax(sim->coming_speed, speed + 3 * f->given.velocity_spread);
+        for (size_t k = 0; k < f->mixture.n; k++) {
+            const int m = f->mixture.material[k];
+            const double r = .5 * f->mixture.size[k].lo;
+            sim->smallest_radius[m] = fmin(sim->smallest_radius[m], r);
+            sim->smallest_mass[m] = fmin(sim->smallest_mass[m], sphere_mass(sim, r, m));
+        }
+    }
+}
+
 void take_stock(dem_sim *sim)
 {
     const particles *p = &sim->particles;
+    tally mass = {0, 0};
     sim->largest_radius = sim->speed = 0;
     sim->smallest_any = p->n ? p->radius[0] : 0;
     sim->uniform = 1;
@@ -85,17 +111,94 @@ void take_stock(dem_sim *sim)
         sim->smallest_mass[m] = fmin(sim->smallest_mass[m], p->mass[i]);
         sim->uniform &= m == p->material[0] && r == p->radius[0] && p->mass[i] == p->mass[0];
         sim->speed = fmax(sim->speed, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+        tally_add(&mass, p->mass[i]);
     }
+    sim->mass = tally_total(&mass);
+    look_ahead(sim);
+}
+
+/* Particles are about to come or go: what refers to rows of the store is saved. */
+static dem_status prepare_change(dem_sim *sim)
+{
+    balance_changing(sim);
+    if (sim->list.valid && contacts_save(&sim->contacts, &sim->list, sim->particles.n))
+        return no_memory(sim);
+    sim->list.valid = 0;
+    return DEM_OK;
+}
+
+dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],
+                           const double (*omega)[3], const double *radius, const int *material,
+                           const int64_t *id)
+{
+    particles *p = &sim->particles;
+    if (p->n + n > NEIGHBOUR_MASK)
+        return fail(sim, DEM_BAD_ARGUMENT, "%zu particles on one rank, at most %u", p->n + n,
+                    (unsigned)NEIGHBOUR_MASK);
+    double median = 0;
+    dem_status status = median_of(sim, n, radius, &median);
+    if (!status && particles_reserve(p, p->n + n)) status = no_memory(sim);
+    if (!status) status = prepare_change(sim);
+    if (status) return status;
+    for (size_t i = 0; i < n; i++) {
+        particles_append(p, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL, radius[i],
+                         sphere_mass(sim, radius[i], material[i]), material[i],
+                         id ? id[i] : p->next_id);
+        balance_supply(sim, p->n - 1, 1);
+    }
+    sim->median_radius = median;
+    take_stock(sim);
+    return DEM_OK;
+}
+
+/* What leaves with the particle in row i. */
+static void book_leaving(dem_sim *sim, size_t i)
+{
+    particles *p = &sim->particles;
+    dem_report *r = &sim->report;
+    r->removed++;
+    r->removed_mass += p->mass[i];
+    for (int a = 0; a < 3; a++) {
+        r->removed_momentum[a] += p->mass[i] * p->vel[i][a];
+        r->removed_impulse[a] += p->gain[i][a];
+    }
+    particles_count_removed(p, i);
+    balance_supply(sim, i, -1);
+}
+
+dem_status remove_particles(dem_sim *sim, const uint8_t *gone)
+{
+    particles *p = &sim->particles;
+    uint32_t *order = malloc((p->n + 1) * sizeof *order),
+             *place = malloc((p->n + 1) * sizeof *place);
+    dem_status status = order && place ? prepare_change(sim) : no_memory(sim);
+    size_t kept = 0;
+    for (size_t i = 0; i < p->n && !status; i++) {
+        place[i] = gone[i] ? UINT32_MAX : (uint32_t)kept;
+        if (gone[i])
+            book_leaving(sim, i);
+        else
+            order[kept++] = (uint32_t)i;
+    }
+    if (!status) {
+        contacts_renumber(&sim->contacts, place);
+        walls_renumber(&sim->walls, place);
+        if (particles_keep(p, order, kept)) status = no_memory(sim);
+    }
+    if (!status && kept) status = median_of(sim, 0, NULL, &sim->median_radius);
+    take_stock(sim);
+    free(order);
+    free(place);
+    return status;
 }
 
 dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],
                    const double (*omega)[3], const double *radius, const int *material,
                    const int64_t *id)
 {
-    particles *p = &sim->particles;
     if (!n) return DEM_OK;
-    double largest = sim->largest_radius;
-    double smallest = p->n ? sim->smallest_any : INFINITY;
+    double largest = sim->largest_radius, overlap = 0;
+    double smallest = sim->particles.n ? sim->smallest_any : INFINITY;
     for (size_t i = 0; i < n; i++) {
         dem_status status = check_particle(sim, i, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL,
                                            radius[i], material[i]);
@@ -103,30 +206,14 @@ dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*
         largest = fmax(largest, radius[i]);
         smallest = fmin(smallest, radius[i]);
     }
-    if (p->n + n > NEIGHBOUR_MASK)
-        return fail(sim, DEM_BAD_ARGUMENT, "%zu particles on one rank, at most %u", p->n + n,
-                    (unsigned)NEIGHBOUR_MASK);
     dem_status status = check_range(sim, largest);
     if (!status && id) status = check_ids(sim, n, id);
     if (!status) status = walls_sample(sim, 2 * smallest, 2 * largest);
-    double overlap = 0;
     if (!status) status = check_overlaps(sim, n, x, radius, &overlap);
-    double median = 0;
-    if (!status) status = median_of(sim, n, radius, &median);
+    if (!status) status = admit_particles(sim, n, x, v, omega, radius, material, id);
     if (status) return status;
-    if (particles_reserve(p, p->n + n)) return no_memory(sim);
-    /* Histories refer to places in the list as it is. */
-    if (sim->list.valid && contacts_save(&sim->contacts, &sim->list, p->n)) return no_memory(sim);
-    for (size_t i = 0; i < n; i++) {
-        double r = radius[i], density = sim->material[material[i]].density;
-        particles_append(p, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL, r,
-                         4. / 3 * M_PI * r * r * r * density, material[i], id ? id[i] : p->next_id);
-    }
-    sim->list.valid = 0;
     sim->overlap = overlap;
-    sim->median_radius = median;
-    take_stock(sim);
-    particles_publish(p, sim->lo, sim->hi, sim->periodic);
+    particles_publish(&sim->particles, sim->lo, sim->hi, sim->periodic);
     return DEM_OK;
 }
 
@@ -138,6 +225,13 @@ int dem_attach(dem_sim *sim, const char *name, int width)
 double *dem_column(dem_sim *sim, int handle)
 {
     return particles_column(&sim->particles, handle);
+}
+
+void dem_removed_column(const dem_sim *sim, int handle, double *sum)
+{
+    const particles *p = &sim->particles;
+    const size_t f = p->n_fixed + (size_t)handle;
+    if (handle >= 0 && f < p->n_field) memcpy(sum, p->field[f].removed, p->field[f].size);
 }
 
 dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const double *k,

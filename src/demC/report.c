@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-void report_sums(dem_sim *sim, double dt)
+void report_sums(dem_sim *sim)
 {
     const particles *p = &sim->particles;
     dem_report *r = &sim->report;
@@ -31,10 +31,10 @@ void report_sums(dem_sim *sim, double dt)
     r->particles = (int64_t)p->n;
     r->kinetic_energy = kinetic;
     r->rotational_energy = rotational;
+    r->mass = mass;
     r->speed = sqrt(fastest);
     for (int a = 0; a < 3; a++) {
         r->momentum[a] = momentum[a];
-        r->outside_impulse[a] = gain[a];
-        r->gravity_impulse[a] = mass * sim->gravity[a] * dt;
+        r->outside_impulse[a] = gain[a] + r->removed_impulse[a];
     }
 }

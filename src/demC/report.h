@@ -7,7 +7,7 @@
 
 #include "dem_internal.h"
 
-/* Energies, momentum, outside and gravity impulse at the end of an advance by dt. */
-void report_sums(dem_sim *sim, double dt);
+/* Energies, mass, momentum and outside impulse at the end of an advance. */
+void report_sums(dem_sim *sim);
 
 #endif

@@ -55,8 +55,9 @@ static double rayleigh_limit(const dem_material *m, smallest s)
 static double impact_speed(const dem_sim *sim)
 {
     const double *g = sim->gravity;
-    double fall = sqrt(sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]) * 2 * sim->largest_radius);
-    return fmax(fmax(2 * sim->speed, fall), sim->impact_speed);
+    double fall = sqrt(sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]) * 2 *
+                       fmax(sim->largest_radius, sim->coming_radius));
+    return fmax(fmax(2 * fmax(sim->speed, sim->coming_speed), fall), sim->impact_speed);
 }
 
 /* Limit of particles of material a that meet particles of b, or, if s_b is infinite, a wall. */
@@ -69,7 +70,6 @@ static double meet(const dem_sim *sim, int a, int b, smallest s, smallest t, dou
 dem_limits time_limits(const dem_sim *sim)
 {
     const smallest none = {INFINITY, INFINITY};
-    const particles *p = &sim->particles;
     dem_limits l = {.contact = INFINITY, .rayleigh = INFINITY, .wall = INFINITY, .skin = INFINITY};
     l.user = sim->time_step > 0 ? sim->time_step : INFINITY;
     double speed = impact_speed(sim);
@@ -85,7 +85,7 @@ dem_limits time_limits(const dem_sim *sim)
         if (sim->law == DEM_HERTZ)
             l.rayleigh = fmin(l.rayleigh, rayleigh_limit(&sim->material[a], s));
     }
-    if (sim->law == DEM_HERTZ && p->n && !(speed > 0) && !(sim->overlap > 0))
+    if (sim->law == DEM_HERTZ && !(speed > 0) && !(sim->overlap > 0))
         l.contact = l.rayleigh;
     l.step = fmin(l.contact, l.user);
     return l;

@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * outlet.c - regions that take the particles whose centres get into them.
+ *
+ * They are looked at whenever the neighbour list is about to be rebuilt, before a particle beyond
+ * the domain would count as lost, and at the end of every dem_advance. In between a particle moves
+ * by less than half the skin, so that none crosses a region that is wider than that unseen. Where
+ * two outlets overlap the first one takes. Whom an outlet takes is out of the sums and lists at
+ * once: what left with it is in the report.
+ */
+#include "outlet.h"
+
+#include "dem_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static dem_status check_outlet(dem_sim *sim, const outlet *o)
+{
+    const char *name = o->given.name;
+    if (!(o->given.begin < o->given.end))
+        return fail(sim, DEM_BAD_ARGUMENT, "outlet %s: begins at %g s, ends at %g s", name,
+                    o->given.begin, o->given.end);
+    for (int a = 0; a < 3; a++)
+        if (!sim->periodic[a] && (o->hi[a] < sim->lo[a] || o->lo[a] > sim->hi[a]))
+            return fail(sim, DEM_BAD_ARGUMENT,
+                        "outlet %s: the region lies outside the domain (%c from %g to %g m)", name,
+                        "xyz"[a], o -> lo[a], o -> hi[a]);
+    return DEM_OK;
+}
+
+dem_status outlets_init(dem_sim *sim, const dem_param *param)
+{
+    outlets *all = &sim->outlets;
+    if (!param->n_outlet) return DEM_OK;
+    all->outlet = calloc(param->n_outlet, sizeof *all->outlet);
+    if (!all->outlet) return no_memory(sim);
+    for (size_t k = 0; k < param->n_outlet; k++) {
+        outlet *o = &all->outlet[all->n++];
+        o->given = param->outlet[k];
+        if (!o->given.region)
+            return fail(sim, DEM_BAD_ARGUMENT, "outlet %s has no region", o->given.name);
+        dem_sdf_bounds(o->given.region, o->lo, o->hi);
+        const dem_status status = check_outlet(sim, o);
+        if (status) return status;
+    }
+    return DEM_OK;
+}
+
+void outlets_free(outlets *o, int free_regions)
+{
+    for (size_t k = 0; free_regions && k < o->n; k++) dem_sdf_free(o->outlet[k].given.region);
+    free(o->outlet);
+    memset(o, 0, sizeof *o);
+}
+
+static int holds(const outlet *o, const double x[3])
+{
+    for (int a = 0; a < 3; a++)
+        if (x[a] < o->lo[a] || x[a] > o->hi[a]) return 0;
+    return dem_sdf_distance(o->given.region, x) >= 0;
+}
+
+/* The outlet that takes a particle at x, or NULL. */
+static outlet *taker(dem_sim *sim, const double pos[4])
+{
+    double x[3];
+    for (int a = 0; a < 3; a++) {
+        const double length = sim->hi[a] - sim->lo[a];
+        x[a] = pos[a];
+        if (sim->periodic[a]) x[a] -= length * floor((x[a] - sim->lo[a]) / length);
+    }
+    for (outlet *o = sim->outlets.outlet; o < sim->outlets.outlet + sim->outlets.n; o++)
+        if (sim->time >= o->given.begin && sim->time < o->given.end && holds(o, x)) return o;
+    return NULL;
+}
+
+dem_status outlets_take(dem_sim *sim)
+{
+    const particles *p = &sim->particles;
+    if (!sim->outlets.n || !p->n) return DEM_OK;
+    uint8_t *gone = calloc(p->n, 1);
+    if (!gone) return no_memory(sim);
+    size_t taken = 0;
+    for (size_t i = 0; i < p->n; i++) {
+        outlet *o = taker(sim, p->pos[i]);
+        if (!o) continue;
+        gone[i] = 1;
+        taken++;
+        o->number++;
+        tally_add(&o->mass, p->mass[i]);
+    }
+    const dem_status status = taken ? remove_particles(sim, gone) : DEM_OK;
+    free(gone);
+    return status;
+}
+
+/* ---- public ---------------------------------------------------------------------------------- */
+
+size_t dem_outlets(const dem_sim *sim)
+{
+    return sim->outlets.n;
+}
+
+const char *dem_outlet_name(const dem_sim *sim, size_t outlet)
+{
+    return outlet < sim->outlets.n ? sim->outlets.outlet[outlet].given.name : "";
+}
+
+void dem_removed(const dem_sim *sim, size_t outlet, int64_t *number, double *mass)
+{
+    const int there = outlet < sim->outlets.n;
+    *number = there ? sim->outlets.outlet[outlet].number : 0;
+    *mass = there ? tally_total(&sim->outlets.outlet[outlet].mass) : 0;
+}
