@@ -10,9 +10,9 @@
  * XDMF model and format, version 3: https://www.xdmf.org/index.php/XDMF_Model_and_Format
  */
 #include "series.h"
+#include "h5file.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -192,13 +192,7 @@ int series_commit(series *s, char *message, size_t size)
         series_abandon(s);
         return -1;
     }
-    /* The renaming itself reaches the disk with the directory; where a file system cannot
-     * synchronise one, it does so by itself. */
-    const int fd = open(s->directory, O_RDONLY | O_DIRECTORY);
-    if (fd >= 0) {
-        fsync(fd);
-        close(fd);
-    }
+    h5file_synchronise_directory(s->directory); /* with it the renaming itself */
     free(s);
     return 0;
 }
