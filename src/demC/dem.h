@@ -443,6 +443,8 @@ const char *dem_wall_name(const dem_sim *sim, size_t wall);
 void dem_wall_force(const dem_sim *sim, size_t wall, double force[3]);
 /* Its torque about the wall's centre, likewise, N m. */
 void dem_wall_torque(const dem_sim *sim, size_t wall, double torque[3]);
+/* Whether it has a motion. */
+int dem_wall_moves(const dem_sim *sim, size_t wall);
 /* Where the wall is: x = place + R (x_start), R row by row. */
 void dem_wall_place(const dem_sim *sim, size_t wall, double place[3], double rotation[9]);
 

@@ -180,6 +180,11 @@ void dem_wall_torque(const dem_sim *sim, size_t wall, double torque[3])
         torque[a] = wall < sim->walls.n ? sim->walls.body[wall].mean[3 + a] : 0;
 }
 
+int dem_wall_moves(const dem_sim *sim, size_t wall)
+{
+    return wall < sim->walls.n && sim->walls.body[wall].moves;
+}
+
 void dem_wall_place(const dem_sim *sim, size_t wall, double place[3], double rotation[9])
 {
     for (int a = 0; a < 3; a++)

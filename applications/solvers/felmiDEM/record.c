@@ -2,9 +2,11 @@
 /**
  * record.c - time series in <case>/postProcessing.
  *
- *     particles.csv    number, contacts, overlap, largest speed, energies, momentum, centre of
- * mass, potential energy -sum m g.x (its zero is at the origin) wallForces.csv   force of the
- * particles on each wall, mean over the step
+ *     particles.csv   number, contacts, overlap, largest speed, energies, momentum, centre of mass,
+ *                     potential energy -sum m g.x (its zero is at the origin)
+ *     wallForces.csv  force of the particles on each wall, mean over the step (.x .y .z), its
+ *                     torque about the wall's centre (.torque), and for walls that move where
+ *                     they are: x = place + R x_start, R as a rotation vector (.turn, up to pi)
  *
  * First row: names, the wall's name before .x .y .z; SI units, told in a comment above. Rows are
  * flushed as they are written, so that a run can be watched.
@@ -13,6 +15,7 @@
 #include "message.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,6 +40,25 @@ static FILE *open_csv(const char *directory, const char *name)
     return f;
 }
 
+/* Units and names of the columns. */
+static void name_walls(FILE *f, const dem_sim *sim)
+{
+    static const char *const what[] = {"", ".torque", ".place", ".turn"};
+    static const char *const unit[] = {"N", "N m", "m", "rad"};
+    for (int row = 0; row < 2; row++) {
+        fputs(row ? "\ntime" : "# s", f);
+        for (size_t w = 0; w < dem_walls(sim); w++)
+            for (int k = 0; k < (dem_wall_moves(sim, w) ? 4 : 2); k++)
+                for (int a = 0; a < 3; a++) {
+                    if (row)
+                        fprintf(f, ",%s%s.%c", dem_wall_name(sim, w), what[k], "xyz"[a]);
+                    else
+                        fprintf(f, ",%s", unit[k]);
+                }
+    }
+    fputs("\n", f);
+}
+
 record *record_new(const char *directory, const dem_sim *sim, const double gravity[3])
 {
     record *r = calloc(1, sizeof *r);
@@ -56,14 +78,7 @@ record *record_new(const char *directory, const dem_sim *sim, const double gravi
           "time,particles,contacts,wallContacts,overlap,speed,kineticEnergy,rotationalEnergy,"
           "potentialEnergy,momentum.x,momentum.y,momentum.z,centre.x,centre.y,centre.z\n",
           r->particles);
-    if (r->walls != NULL) {
-        fputs("# force of the particles on each wall, mean over the step\ntime", r->walls);
-        for (size_t w = 0; w < dem_walls(sim); w++) {
-            const char *name = dem_wall_name(sim, w);
-            fprintf(r->walls, ",%s.x,%s.y,%s.z", name, name, name);
-        }
-        fputs("\n", r->walls);
-    }
+    if (r->walls != NULL) name_walls(r->walls, sim);
     return r;
 }
 
@@ -87,17 +102,55 @@ static void write_particles(record *r, const dem_sim *sim)
     fputs("\n", r->particles);
 }
 
+/* Rotation vector of a rotation matrix, by the unit quaternion q0 + q: of its four squares the
+ * largest is taken, so that no digits are lost (Shepperd, J. Guid. Control 1 (1978) 223,
+ * doi:10.2514/3.55767b). */
+static void rotation_vector(const double R[9], double turn[3])
+{
+    const double square[4] = {1. + R[0] + R[4] + R[8], 1. + R[0] - R[4] - R[8],
+                              1. - R[0] + R[4] - R[8], 1. - R[0] - R[4] + R[8]};
+    int most = 0;
+    for (int k = 1; k < 4; k++)
+        if (square[k] > square[most]) most = k;
+    const double off[3] = {R[7] - R[5], R[2] - R[6], R[3] - R[1]};
+    double q0 = square[0], q[3] = {off[0], off[1], off[2]};
+    if (most > 0) {
+        const int i = most - 1, j = (i + 1) % 3, k = (i + 2) % 3;
+        q0 = off[i];
+        q[i] = square[most];
+        q[j] = R[3 * i + j] + R[3 * j + i];
+        q[k] = R[3 * i + k] + R[3 * k + i];
+    }
+    if (q0 < 0.) { /* the same rotation the shorter way */
+        q0 = -q0;
+        for (int k = 0; k < 3; k++) q[k] = -q[k];
+    }
+    const double size = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
+    const double angle = 2. * atan2(size, q0);
+    for (int k = 0; k < 3; k++) turn[k] = size > 0. ? angle * q[k] / size + 0. : 0.;
+}
+
+static void write_wall(FILE *f, const dem_sim *sim, size_t w)
+{
+    double force[3], torque[3], place[3], R[9], turn[3];
+    dem_wall_force(sim, w, force);
+    dem_wall_torque(sim, w, torque);
+    fprintf(f, ",%.10g,%.10g,%.10g", force[0], force[1], force[2]);
+    fprintf(f, ",%.10g,%.10g,%.10g", torque[0], torque[1], torque[2]);
+    if (!dem_wall_moves(sim, w)) return;
+    dem_wall_place(sim, w, place, R);
+    rotation_vector(R, turn);
+    fprintf(f, ",%.10g,%.10g,%.10g", place[0], place[1], place[2]);
+    fprintf(f, ",%.10g,%.10g,%.10g", turn[0], turn[1], turn[2]);
+}
+
 int record_write(record *r, const dem_sim *sim)
 {
     write_particles(r, sim);
     int bad = fflush(r->particles) != 0;
     if (r->walls != NULL) {
         fprintf(r->walls, "%.12g", dem_time(sim));
-        for (size_t w = 0; w < dem_walls(sim); w++) {
-            double force[3];
-            dem_wall_force(sim, w, force);
-            fprintf(r->walls, ",%.10g,%.10g,%.10g", force[0], force[1], force[2]);
-        }
+        for (size_t w = 0; w < dem_walls(sim); w++) write_wall(r->walls, sim, w);
         fputs("\n", r->walls);
         bad |= fflush(r->walls) != 0;
     }
