@@ -30,6 +30,27 @@ static dem_status check_outlet(dem_sim *sim, const outlet *o)
     return DEM_OK;
 }
 
+/* Box of the region: that of its surface, unless it is what lies around that. */
+static void find_box(outlet *o)
+{
+    const dem_sdf *region = o->given.region;
+    dem_sdf_bounds(region, o->lo, o->hi);
+    int around = 0;
+    for (int side = 0; side < 6; side++) {
+        const int a = side / 2;
+        const double bound = side % 2 ? o->hi[a] : o->lo[a];
+        if (!isfinite(bound)) continue;
+        double x[3];
+        for (int b = 0; b < 3; b++) x[b] = isfinite(o->lo[b]) ? o->lo[b] : 0;
+        x[a] = bound + (side % 2 ? 1 : -1) * (1 + fabs(bound));
+        around |= dem_sdf_distance(region, x) > 0;
+    }
+    for (int a = 0; a < 3 && around; a++) {
+        o->lo[a] = -INFINITY;
+        o->hi[a] = INFINITY;
+    }
+}
+
 dem_status outlets_init(dem_sim *sim, const dem_param *param)
 {
     outlets *all = &sim->outlets;
@@ -41,7 +62,7 @@ dem_status outlets_init(dem_sim *sim, const dem_param *param)
         o->given = param->outlet[k];
         if (!o->given.region)
             return fail(sim, DEM_BAD_ARGUMENT, "outlet %s has no region", o->given.name);
-        dem_sdf_bounds(o->given.region, o->lo, o->hi);
+        find_box(o);
         const dem_status status = check_outlet(sim, o);
         if (status) return status;
     }
