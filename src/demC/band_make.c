@@ -164,10 +164,10 @@ static void fill_brick(band *b, const surface *s, size_t i, uint32_t *hint)
     if (*hint < s->first[c[3]] || *hint >= s->first[c[3] + 1]) *hint = (uint32_t)s->first[c[3]];
     for (int n = 0; n < BRICK_NODES; n++) {
         const int at[3] = {n % ROW, n / ROW % ROW, n / (ROW * ROW)};
-        double x[3], g[3];
+        double x[3];
         int veiled;
         for (int k = 0; k < 3; k++) x[k] = b->origin[k] + b->spacing * (BRICK * c[k] + at[k]);
-        b->value[i][n] = surface_eval(s, c[3], x, g, &veiled, hint);
+        b->value[i][n] = surface_sample(s, c[3], x, &veiled, hint);
         hidden[n] = (unsigned char)veiled;
     }
     /* a cell is hidden when all its corners are */

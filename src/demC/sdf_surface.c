@@ -104,7 +104,7 @@ double sdf_eval_surface(const dem_sdf *s, int part, const double x[3], double g[
     double phi;
     if (s->band == NULL) {
         if (part < 0) return surface_distance(s->surface, x, g, &part);
-        phi = surface_eval(s->surface, part, x, g, &hidden, NULL);
+        phi = surface_eval(s->surface, part, x, g, &hidden);
         return hidden ? SDF_HIDDEN : phi;
     }
     if (part < 0) return eval_all(s, x, g);

@@ -297,6 +297,7 @@ void surface_free(surface *s)
     if (s == NULL) return;
     free(s->x);
     free(s->tip);
+    free(s->own);
     free(s->on_crease);
     free(s->vertex);
     free(s->beyond);

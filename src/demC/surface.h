@@ -9,8 +9,9 @@
 
 #include <stdint.h>
 
-/* What lies beyond an edge when it is not a triangle of the same part. */
-enum { CREASE = -1, RIM = -2 };
+/* What lies beyond an edge: a triangle of the same part, nothing (or several triangles), or, across
+ * a crease, triangle t of another part as ACROSS - t. */
+enum { RIM = -1, ACROSS = -2 };
 
 /* Node of the tree of boxes: a leaf has `count` triangles order[first...], an inner node has its
  * children at `first` and first + 1. */
@@ -30,12 +31,13 @@ typedef struct surface {
 
     size_t n_vertex;          /* each belongs to one part: shared places are there several times */
     double (*x)[3];           /* [n_vertex], m */
-    double (*tip)[3];         /* [n_vertex], angle-weighted normal, not of unit length */
+    double (*tip)[3];         /* [n_vertex], angle-weighted normal of the whole surface there */
+    double (*own)[3];         /* [n_vertex], the same of its part; neither of unit length */
     unsigned char *on_crease; /* [n_vertex], an edge from it parts the surface */
 
     size_t n; /* triangles, sorted by part */
     uint32_t (*vertex)[3];
-    int32_t (*beyond)[3]; /* across the edge from corner k to k + 1: triangle, CREASE or RIM */
+    int32_t (*beyond)[3]; /* across the edge from corner k to k + 1: see above */
     double (*normal)[3];  /* unit, to the free side */
 
     int parts;
@@ -71,13 +73,14 @@ typedef struct surface_hit {
  * before; INFINITY: any); whether there is one. */
 int surface_nearest(const surface *s, int part, const double x[3], surface_hit *hit);
 
-/**
- * Signed distance of part `part` at x with gradient. *hidden: another part answers at that place.
- * A hidden value goes on as a plane beyond the crease. `hint` (a triangle of the part, in and out,
- * or NULL) speeds up searches at points close to each other.
+/* Signed distance of part `part` at x with gradient. *hidden: another part answers at that place.
  */
-double surface_eval(const surface *s, int part, const double x[3], double g[3], int *hidden,
-                    uint32_t *hint);
+double surface_eval(const surface *s, int part, const double x[3], double g[3], int *hidden);
+/**
+ * The same for samples: beyond a crease the part goes on as a plane, so that an interpolant is
+ * right up to the crease. `hint`, a triangle of the part, in and out: where the last one was found.
+ */
+double surface_sample(const surface *s, int part, const double x[3], int *hidden, uint32_t *hint);
 /* Signed distance of the whole surface, its gradient and the part that is nearest. */
 double surface_distance(const surface *s, const double x[3], double g[3], int *part);
 /* Generalised winding number at x, in turns: 1 within a closed surface of outward normals. */

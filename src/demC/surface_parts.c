@@ -5,8 +5,9 @@
  * Triangles are joined across every edge but those where the surface, seen from the free
  * side, bends towards the viewer by more than feature_angle; what hangs together is a part. A box
  * seen from within has six, from outside one; a drum of many facets one, its lifters one each. A
- * vertex on a crease is there once for each part, so that normals of edges and vertices are those
- * of the part alone.
+ * vertex on a crease is there once for each part, with the normal of the part, in which it goes on
+ * beyond its end, and that of the whole surface, which tells the side (a crease may end at a vertex
+ * that sticks out).
  */
 #include "surface_build.h"
 
@@ -113,7 +114,8 @@ static int sort_by_part(builder *b, surface *s)
                 memcpy(s->x[last[v]], b->x[v], sizeof *s->x);
             }
             s->vertex[i][k] = last[v];
-            s->beyond[i][k] = u < 0 ? RIM : parted ? CREASE : (int32_t)b->place[u];
+            const int32_t there = u < 0 ? RIM : (int32_t)b->place[u];
+            s->beyond[i][k] = parted ? ACROSS - there : there;
         }
     }
     free(seen);
@@ -123,7 +125,7 @@ static int sort_by_part(builder *b, surface *s)
 }
 
 /* Angle-weighted normals of vertices, area and extent. */
-static void measure(surface *s)
+static void measure(const builder *b, surface *s, double (*whole)[3])
 {
     for (int k = 0; k < 3; k++) {
         s->lo[k] = INFINITY;
@@ -138,13 +140,15 @@ static void measure(surface *s)
             cross(a, c, n);
             const double twice = sqrt(dot(n, n)), angle = atan2(twice, dot(a, c));
             if (k == 0) s->measure += .5 * twice;
-            if (s->beyond[t][k] == CREASE) s->on_crease[v] = s->on_crease[w] = 1;
+            if (s->beyond[t][k] <= ACROSS) s->on_crease[v] = s->on_crease[w] = 1;
             for (int i = 0; i < 3; i++) {
-                s->tip[v][i] += angle * s->normal[t][i];
+                s->own[v][i] += angle * s->normal[t][i];
+                whole[b->base[v]][i] += angle * s->normal[t][i];
                 s->lo[i] = fmin(s->lo[i], s->x[v][i]);
                 s->hi[i] = fmax(s->hi[i], s->x[v][i]);
             }
         }
+    for (size_t v = 0; v < s->n_vertex; v++) memcpy(s->tip[v], whole[b->base[v]], sizeof *s->tip);
 }
 
 typedef struct tie {
@@ -215,15 +219,19 @@ int surface_assemble(builder *b, surface *s)
     s->parts = find_parts(b);
     s->x = table(3 * s->n, sizeof *s->x);
     s->tip = table(3 * s->n, sizeof *s->tip);
+    s->own = table(3 * s->n, sizeof *s->own);
     s->on_crease = table(3 * s->n, 1);
     s->vertex = table(s->n, sizeof *s->vertex);
     s->beyond = table(s->n, sizeof *s->beyond);
     s->normal = table(s->n, sizeof *s->normal);
     s->first = table((size_t)s->parts + 1, sizeof *s->first);
     s->touching_first = table((size_t)s->parts + 1, sizeof *s->touching_first);
-    if (!s->x || !s->tip || !s->on_crease || !s->vertex || !s->beyond || !s->normal || !s->first ||
-        !s->touching_first || sort_by_part(b, s))
+    if (!s->x || !s->tip || !s->own || !s->on_crease || !s->vertex || !s->beyond || !s->normal ||
+        !s->first || !s->touching_first || sort_by_part(b, s))
         return -1;
-    measure(s);
+    double(*whole)[3] = calloc(b->n_vertex, sizeof *whole); /* by welded vertex */
+    if (whole == NULL) return -1;
+    measure(b, s, whole);
+    free(whole);
     return find_touching(b, s) || surface_index(s) ? -1 : 0;
 }

@@ -169,7 +169,7 @@ int surface_index(surface *s)
 
 size_t surface_memory(const surface *s)
 {
-    return sizeof *s + s->n_vertex * (sizeof *s->x + sizeof *s->tip + 1) +
+    return sizeof *s + s->n_vertex * (sizeof *s->x + 2 * sizeof *s->tip + 1) +
            s->n * (sizeof *s->vertex + sizeof *s->beyond + sizeof *s->normal + sizeof *s->order) +
            s->n_node * sizeof *s->node + (size_t)s->parts * (2 * sizeof *s->first + 4);
 }
@@ -324,8 +324,9 @@ static void normal_of(const surface *s, const surface_hit *hit, double n[3])
     memcpy(n, s->normal[t], 3 * sizeof *n);
     if (hit->feature < 3) {
         memcpy(n, s->tip[s->vertex[t][hit->feature]], 3 * sizeof *n);
-    } else if (hit->feature < 6 && s->beyond[t][hit->feature - 3] >= 0) {
-        const double *other = s->normal[s->beyond[t][hit->feature - 3]];
+    } else if (hit->feature < 6 && s->beyond[t][hit->feature - 3] != RIM) {
+        const int32_t u = s->beyond[t][hit->feature - 3];
+        const double *other = s->normal[u >= 0 ? u : ACROSS - u];
         for (int k = 0; k < 3; k++) n[k] += other[k];
     }
 }
@@ -333,7 +334,7 @@ static void normal_of(const surface *s, const surface_hit *hit, double n[3])
 static int is_on_crease(const surface *s, const surface_hit *hit)
 {
     if (hit->feature == 6) return 0;
-    if (hit->feature > 2) return s->beyond[hit->triangle][hit->feature - 3] == CREASE;
+    if (hit->feature > 2) return s->beyond[hit->triangle][hit->feature - 3] <= ACROSS;
     return s->on_crease[s->vertex[hit->triangle][hit->feature]];
 }
 
@@ -375,27 +376,38 @@ static int other_answers(const surface *s, int part, const double x[3], double d
     return 0;
 }
 
-double surface_eval(const surface *s, int part, const double x[3], double g[3], int *hidden,
-                    uint32_t *hint)
+/* Signed distance of a part from its nearest point, and whether it is hidden there. */
+static double eval_hit(const surface *s, int part, const surface_hit *hit, const double x[3],
+                       double g[3], int *hidden)
 {
-    surface_hit hit = {.d2 = INFINITY};
-    if (hint != NULL && *hint < s->n) nearest_of_triangle(s, *hint, x, &hit);
-    search(s, s->root[part], x, &hit);
-    if (hint != NULL) *hint = hit.triangle;
-    const double phi = signed_distance(s, &hit, x, g);
+    const double phi = signed_distance(s, hit, x, g);
     *hidden = 0;
     if (s->parts == 1) return phi;
-    if (is_on_crease(s, &hit) && other_answers(s, part, x, hit.d2, 1)) {
-        double n[3], d[3];
-        *hidden = 1;
-        normal_of(s, &hit, n);
-        minus(x, hit.y, d);
-        const double length = sqrt(dot(n, n));
-        for (int k = 0; k < 3; k++) g[k] = n[k] / length;
-        return dot(d, g);
-    }
-    *hidden = phi < 0. && other_answers(s, part, x, hit.d2, 0);
+    if (is_on_crease(s, hit)) *hidden = other_answers(s, part, x, hit->d2, 1);
+    if (!*hidden && phi < 0.) *hidden = other_answers(s, part, x, hit->d2, 0);
     return phi;
+}
+
+double surface_eval(const surface *s, int part, const double x[3], double g[3], int *hidden)
+{
+    surface_hit hit = {.d2 = INFINITY};
+    search(s, s->root[part], x, &hit);
+    return eval_hit(s, part, &hit, x, g, hidden);
+}
+
+double surface_sample(const surface *s, int part, const double x[3], int *hidden, uint32_t *hint)
+{
+    surface_hit hit;
+    double g[3], d[3];
+    nearest_of_triangle(s, *hint, x, &hit);
+    search(s, s->root[part], x, &hit);
+    *hint = hit.triangle;
+    const double phi = eval_hit(s, part, &hit, x, g, hidden);
+    if (!is_on_crease(s, &hit) || (!*hidden && phi >= 0.)) return phi;
+    const double *n =
+        hit.feature < 3 ? s->own[s->vertex[hit.triangle][hit.feature]] : s->normal[hit.triangle];
+    minus(x, hit.y, d);
+    return dot(d, n) / sqrt(dot(n, n));
 }
 
 double surface_distance(const surface *s, const double x[3], double g[3], int *part)
