@@ -85,15 +85,30 @@ int check_surfaces(const case_dem *dem, case_errors *errors)
 
 enum { LEVELS = 6 }; /* halvings of a box in search of a common point */
 
+/* A particle must not cross it between two looks. */
+static void check_depth(const dem_outlet *outlet, const place *at, double d, case_errors *errors)
+{
+    double lo[3], hi[3], depth = INFINITY;
+    dem_sdf_bounds(outlet->region, lo, hi);
+    for (int a = 0; a < 3; a++) depth = fmin(depth, hi[a] - lo[a]);
+    if (depth < d && isfinite(d))
+        case_note(errors, at->file, at->line,
+                  "outlets.%s.region: only %g m deep, less than a particle of %g m: fast ones may "
+                  "pass through it",
+                  outlet->name, depth, d);
+}
+
 void check_feeds(const case_dem *dem, case_errors *errors)
 {
     const particle_storage *storage = dem->storage;
     const dem_param *param = &dem->param;
+    const double d = smallest_particle(param);
     for (size_t o = 0; o < param->n_outlet; o++) {
         const dem_outlet *outlet = &param->outlet[o];
         if (!outlet->region) continue;
         const dem_sdf *both[2] = {outlet->region};
         const place *at = &storage->outlet[o];
+        check_depth(outlet, at, d, errors);
         if (!has_room(1, both, param->lo, param->hi, LEVELS))
             case_error(errors, at->file, at->line,
                        "outlets.%s.region: lies outside the domain, (%g %g %g) to (%g %g %g) m",

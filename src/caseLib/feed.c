@@ -43,7 +43,7 @@ static void read_feeder(particle_reader *reader, const case_dict *dict, dem_feed
     read_rate(dict, to, errors);
     read_window(dict, &to->begin, &to->end, errors);
     to->mass = read_number(dict, "mass", "kg", &(double){INFINITY}, case_positive, errors);
-    to->number = case_integer(dict, "number", &(long){-1}, 0, (long)MOST_PARTICLES, errors);
+    to->number = case_integer(dict, "number", &(long){-1}, 1, (long)MOST_PARTICLES, errors);
     const birth born = read_birth(dict, errors);
     memcpy(to->velocity, born.velocity, sizeof to->velocity);
     memcpy(to->angular_velocity, born.angular_velocity, sizeof to->angular_velocity);

@@ -51,6 +51,49 @@ fresh
 echo >case/postProcessing
 expect 1 "postProcessing" felmiDEM -case case
 
+# Nothing at the start, one feeder, one outlet, all balances: what came is there or has gone.
+fresh
+sed -i 's/^endTime .*/endTime 0.6;/; s/^writeInterval .*/writeInterval 0.3;/' case/system/controlDict
+sed -i '/^insertion/,/^}/d; /^walls/,/^}/d; /^timeStep/,/^}/d' case/constant/demProperties
+cat >>case/constant/demProperties <<'END'
+balance yes;
+feeders
+{
+    rain
+    {
+        region { type box; min (-0.4 -0.4 0.6); max (0.4 0.4 0.9); }
+        numberRate 150;
+        end 0.4;
+        velocity (0 0 -1);
+        material ball;
+        size { type uniform; by mass; min 0.02; max 0.05; }
+    }
+}
+outlets
+{
+    drain { region { type box; min (-0.5 -0.5 -0.2); max (0.5 0.5 0.2); } }
+}
+END
+expect 0 "Created 0 particles" felmiDEM -case case
+(cd case && felmiDEM) >log 2>&1
+grep -q '  fed 60  removed [1-9]' log || { echo "no counts in the log"; tail -n 5 log; bad=1; }
+grep -q 'ball, uniform by mass, 0.02 to 0.05 m' log || { echo "no feeder in the log"; bad=1; }
+awk -F, '
+    /^time/ { for (i = 1; i <= NF; i++) at[$i] = i; next }
+    /^#/ { next }
+    {
+        rows++
+        if ($at["rain.number"] - $at["drain.number"] != $at["domain.number"]) bad = 1
+        if ($at["residual"] ^ 2 > ($at["rain.mass"] * 1e-13) ^ 2) bad = 1
+        last = $at["rain.number"]
+        gone = $at["drain.number"]
+    }
+    END { if (bad || !rows || last != 60 || !gone) { print rows, last, gone, bad; exit 1 } }
+' case/postProcessing/massBalance.csv || { echo "massBalance.csv is wrong"; bad=1; }
+[ "$(sed -n 3p case/postProcessing/energy.csv | tr -cd , | wc -c)" = 11 ] || { echo "energy.csv"; bad=1; }
+[ "$(sed -n 3p case/postProcessing/angularMomentum.csv | tr -cd , | wc -c)" = 12 ] ||
+    { echo "angularMomentum.csv"; bad=1; }
+
 if command -v mpirun >/dev/null; then
     fresh
     expect 1 "one rank" mpirun --oversubscribe -n 2 felmiDEM -case case

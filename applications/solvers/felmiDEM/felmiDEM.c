@@ -13,6 +13,7 @@
 #include "arguments.h"
 #include "banner.h"
 #include "message.h"
+#include "progress.h"
 
 #include <math.h>
 #include <mpi.h>
@@ -20,15 +21,18 @@
 #include <stdlib.h>
 
 static const char PROGRAM[] = "felmiDEM";
-static const char HELP[] = "felmiDEM: particles alone\n\n"
-                           "usage: felmiDEM [-case <dir>] [-help] [-version]\n\n"
-                           "  -case <dir>  directory of the case, default: the current one\n"
-                           "  -help        this text\n"
-                           "  -version     version number\n\n"
-                           "reads    system/controlDict, constant/demProperties, constant/g;\n"
-                           "         system/blockMeshDict if there is one, for the domain\n"
-                           "writes   dem/<time>.h5 and dem/particles.xmf (open it in ParaView),\n"
-                           "         postProcessing/particles.csv and wallForces.csv\n";
+static const char HELP[] =
+    "felmiDEM: particles alone\n\n"
+    "usage: felmiDEM [-case <dir>] [-help] [-version]\n\n"
+    "  -case <dir>  directory of the case, default: the current one\n"
+    "  -help        this text\n"
+    "  -version     version number\n\n"
+    "reads    system/controlDict, constant/demProperties, constant/g;\n"
+    "         system/blockMeshDict if there is one, for the domain\n"
+    "writes   dem/<time>.h5 and dem/particles.xmf (open it in ParaView),\n"
+    "         postProcessing/particles.csv, wallForces.csv; with feeders or\n"
+    "         outlets massBalance.csv; with balance energy.csv and\n"
+    "         angularMomentum.csv\n";
 
 /* Everything of one run. */
 typedef struct run {
@@ -41,6 +45,8 @@ typedef struct run {
     dem_sim *sim;
     int owned; /* the simulation has the walls' shapes */
     record *record;
+    books *books;
+    progress progress;
     char snapshots[4096];
     double began; /* wall clock, s */
 } run;
@@ -100,14 +106,35 @@ static int write_snapshot(run *r)
     return 1;
 }
 
+/* What has come and gone since the start, where anything can. */
+static void print_traffic(const dem_sim *sim)
+{
+    int64_t fed = 0, removed = 0, number;
+    double mass, waiting, owed = 0.;
+    for (size_t i = 0; i < dem_feeders(sim); i++) {
+        dem_fed(sim, i, &number, &mass, &waiting);
+        fed += number;
+        owed += waiting;
+    }
+    for (size_t i = 0; i < dem_outlets(sim); i++) {
+        dem_removed(sim, i, &number, &mass);
+        removed += number;
+    }
+    if (dem_feeders(sim) > 0) printf("  fed %lld", (long long)fed);
+    if (owed > 0.) printf(" (%.3g kg wait)", owed);
+    if (dem_outlets(sim) > 0) printf("  removed %lld", (long long)removed);
+}
+
 static void print_step(const run *r, long step, double seconds)
 {
     const dem_report report = dem_last_report(r->sim);
     const double elapsed = MPI_Wtime() - r->began;
     const long left = lrint(elapsed / (double)step * (double)(r->steps - step));
-    printf("Time = %.*g s  particles %lld  substeps %d  contacts %lld + %lld wall  overlap %.2g%%  "
-           "Ekin %.4g J  [dem %.3g ms]  left %ld:%02ld:%02ld\n",
-           r->control.time_precision + 2, dem_time(r->sim), (long long)report.particles,
+    printf("Time = %.*g s  particles %lld", r->control.time_precision + 2, dem_time(r->sim),
+           (long long)report.particles);
+    print_traffic(r->sim);
+    printf("  substeps %d  contacts %lld + %lld wall  overlap %.2g%%  Ekin %.4g J  "
+           "[dem %.3g ms]  left %ld:%02ld:%02ld\n",
            report.substeps, (long long)report.contacts, (long long)report.wall_contacts,
            100. * report.overlap, report.kinetic_energy, 1e3 * seconds, left / 3600, left / 60 % 60,
            left % 60);
@@ -118,20 +145,23 @@ static void print_step(const run *r, long step, double seconds)
 
 static int start(run *r)
 {
-    start_case(&r->dem.param, &r->control);
+    start_case(&r->dem, &r->control);
+    progress_follow(&r->progress, &r->dem.param);
     if (dem_new(MPI_COMM_WORLD, &r->dem.param, &r->sim) != DEM_OK) {
         message_stop(PROGRAM, "%s", r->sim ? dem_message(r->sim) : "out of memory");
         return 1;
     }
     r->owned = 1;
+    if (*dem_message(r->sim) != '\0') printf("\n%s\n", dem_message(r->sim));
     dem_set_time(r->sim, r->control.start_time);
     printf("\nCreated %zu particles\n", dem_particles(r->sim).n);
     plan_steps(r);
-    const dem_limits limits = dem_time_limits(r->sim);
-    start_time_step(&limits, r->delta_t);
+    start_time_step(&r->dem, r->sim, r->delta_t);
     snprintf(r->snapshots, sizeof r->snapshots, "%s/dem", r->directory);
     r->record = record_new(r->directory, r->sim, r->dem.param.gravity);
-    return r->record == NULL || write_snapshot(r);
+    if (r->record == NULL) return 1;
+    r->books = books_new(r->directory, r->sim, r->dem.param.balance);
+    return r->books == NULL || write_snapshot(r);
 }
 
 static int advance(run *r, long step)
@@ -141,9 +171,8 @@ static int advance(run *r, long step)
         message_stop(PROGRAM, "at time %.9g s: %s", dem_time(r->sim), dem_message(r->sim));
         return 1;
     }
-    dem_set_time(r->sim, time); /* no rounding adds up */
     print_step(r, step, MPI_Wtime() - before);
-    if (record_write(r->record, r->sim) != 0) return 1;
+    if (record_write(r->record, r->sim) != 0 || books_write(r->books, r->sim) != 0) return 1;
     const int output = step % r->steps_per_output == 0 || step == r->steps;
     return output ? write_snapshot(r) : 0;
 }
@@ -157,6 +186,7 @@ static int solve(run *r)
     for (long step = 1; step <= r->steps && !failed; step++) failed = advance(r, step);
     if (!failed) printf("\nEnd: %.1f s of wall clock\n", MPI_Wtime() - r->began);
     record_free(r->record);
+    books_free(r->books);
     case_dem_free(&r->dem, !r->owned);
     dem_free(r->sim);
     return failed;

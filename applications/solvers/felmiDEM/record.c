@@ -26,7 +26,7 @@ struct record {
     double gravity[3];
 };
 
-static FILE *open_csv(const char *directory, const char *name)
+FILE *record_open(const char *directory, const char *name)
 {
     char path[4096];
     snprintf(path, sizeof path, "%s/postProcessing", directory);
@@ -67,9 +67,9 @@ record *record_new(const char *directory, const dem_sim *sim, const double gravi
         return NULL;
     }
     memcpy(r->gravity, gravity, sizeof r->gravity);
-    r->particles = open_csv(directory, "particles.csv");
+    r->particles = record_open(directory, "particles.csv");
     if (r->particles != NULL && dem_walls(sim) > 0)
-        r->walls = open_csv(directory, "wallForces.csv");
+        r->walls = record_open(directory, "wallForces.csv");
     if (r->particles == NULL || (r->walls == NULL && dem_walls(sim) > 0)) {
         record_free(r);
         return NULL;

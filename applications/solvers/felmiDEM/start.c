@@ -8,6 +8,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 static void print_vector(const char *name, const double v[3], const char *units)
 {
@@ -28,13 +29,32 @@ static void print_materials(const dem_param *param)
     }
 }
 
+/* Names or units of the columns that this case has. */
+static void print_heads(const dem_param *param, int units)
+{
+    printf("%32s%12s", units ? "-" : "restitution", units ? "-" : "friction");
+    if (param->law == DEM_LINEAR)
+        printf("%12s%12s", units ? "N/m" : "stiffness", units ? "-" : "kt/kn");
+    if (param->rolling != DEM_ROLLING_NONE) printf("%12s", units ? "-" : "rolling");
+    if (param->rolling == DEM_ROLLING_EPSD) printf("%12s", units ? "-" : "damping");
+    if (param->cohesion != DEM_COHESION_NONE) printf("%12s", units ? "J/m3" : "cohesion");
+    puts("");
+}
+
 /* A pair that nobody described cannot meet: caseLib has made sure of it. */
 static void print_contacts(const dem_param *param)
 {
+    static const char *const rolling[] = {
+        [DEM_ROLLING_NONE] = "",
+        [DEM_ROLLING_CONSTANT] = "; rolling against a constant torque",
+        [DEM_ROLLING_EPSD] = "; rolling against an elastic-plastic spring and dashpot"};
     const int linear = param->law == DEM_LINEAR;
-    printf("\nContacts: %s\n", linear ? "linear spring, dashpot and slider" : "Hertz and Mindlin");
-    printf("%32s%12s", "restitution", "friction");
-    printf(linear ? "%12s%12s\n%56s%12s\n" : "\n", "stiffness", "kt/kn", "N/m", "-");
+    printf("\nContacts: %s%s%s\n",
+           linear ? "linear spring, dashpot and slider" : "Hertz and Mindlin",
+           rolling[param->rolling],
+           param->cohesion == DEM_COHESION_SJKR ? "; cohesion of the contact area (SJKR)" : "");
+    print_heads(param, 0);
+    print_heads(param, 1);
     for (size_t i = 0; i < param->n_material; i++)
         for (size_t j = i; j < param->n_material; j++) {
             const dem_pair *p = &param->pair[i * param->n_material + j];
@@ -44,12 +64,25 @@ static void print_contacts(const dem_param *param)
                      param->material[j].name);
             printf("    %-16s%12g%12g", names, p->restitution, p->friction);
             if (linear) printf("%12g%12g", p->stiffness, p->stiffness_ratio);
+            if (param->rolling != DEM_ROLLING_NONE) printf("%12g", p->rolling_friction);
+            if (param->rolling == DEM_ROLLING_EPSD) printf("%12g", p->rolling_damping);
+            if (param->cohesion != DEM_COHESION_NONE) printf("%12g", p->cohesion);
             puts("");
         }
 }
 
-void start_case(const dem_param *param, const case_control *control)
+static const char indent[] = "    ";
+
+/* A title and lines of caseLib's under it, if there are any. */
+static void print_lines(const char *title, char *lines)
 {
+    if (lines != NULL && *lines != '\0') printf("\n%s\n%s", title, lines);
+    free(lines);
+}
+
+void start_case(const case_dem *dem, const case_control *control)
+{
+    const dem_param *param = &dem->param;
     puts("\nDomain");
     print_vector("min", param->lo, "m");
     print_vector("max", param->hi, "m");
@@ -59,24 +92,35 @@ void start_case(const dem_param *param, const case_control *control)
     print_vector("gravity", param->gravity, "m/s2");
     print_materials(param);
     print_contacts(param);
-    if (param->n_wall > 0) puts("\nWalls");
-    for (size_t w = 0; w < param->n_wall; w++)
-        printf("    %-16s of %s, %d face%s\n", param->wall[w].name,
-               param->material[param->wall[w].material].name, dem_sdf_parts(param->wall[w].shape),
-               dem_sdf_parts(param->wall[w].shape) == 1 ? "" : "s");
+    print_lines("Walls", case_describe_walls(dem, indent));
+    print_lines("Feeders", case_describe_feeders(dem, indent));
+    print_lines("Outlets", case_describe_outlets(dem, indent));
     printf("\nTime from %g to %g s, output every %g s\n", control->start_time, control->end_time,
            control->write_interval);
     fflush(stdout);
 }
 
-void start_time_step(const dem_limits *limits, double delta_t)
+/* What surfaces take once they are sampled. */
+static void print_memory(const dem_param *param)
 {
+    size_t bytes = 0;
+    for (size_t w = 0; w < param->n_wall; w++) bytes += dem_sdf_memory(param->wall[w].shape);
+    if (bytes > 1000000) printf("Walls take %.3g MB\n", 1e-6 * (double)bytes);
+}
+
+void start_time_step(const case_dem *dem, const dem_sim *sim, double delta_t)
+{
+    const dem_limits limits = dem_time_limits(sim);
+    print_memory(&dem->param);
     puts("\nLimits of the time step");
-    banner_limit("contact", limits->contact, "period of a contact / stepsPerPeriod");
-    banner_limit("Rayleigh", limits->rayleigh, "a fifth of the Rayleigh time, not imposed");
-    banner_limit("user", limits->user, "timeStep.maximum");
+    banner_limit("contact", limits.contact, "period of a contact / stepsPerPeriod");
+    banner_limit("Rayleigh", limits.rayleigh, "a fifth of the Rayleigh time, not imposed");
+    banner_limit("wall", limits.wall, "a tenth of the smallest radius at the fastest wall's speed");
+    banner_limit("skin", limits.skin, "half the skin at the fastest particle's speed, not imposed");
+    banner_limit("user", limits.user, "timeStep.maximum");
+    if (dem->param.fixed_step > 0.) banner_limit("fixed", dem->param.fixed_step, "timeStep.fixed");
     banner_limit("deltaT", delta_t, "one line of this log, in equal sub-steps");
-    banner_limit("sub-step", delta_t / ceil(delta_t / limits->step * (1. - 1e-12)), "at first");
+    banner_limit("sub-step", delta_t / ceil(delta_t / limits.step * (1. - 1e-12)), "at first");
     banner_line();
     puts("");
     fflush(stdout);

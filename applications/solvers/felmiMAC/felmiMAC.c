@@ -14,6 +14,7 @@
 #include "fields.h"
 #include "log.h"
 #include "message.h"
+#include "progress.h"
 #include "settings.h"
 
 #include <math.h>
@@ -39,6 +40,7 @@ typedef struct run {
     mac_case c;
     int owned; /* the engine has taken the walls' shapes */
     mac_coupled coupled;
+    progress progress; /* of sampling the walls */
     FILE *series;
     double time, dt, next_write;
     int warned; /* of a Courant number above 1 */
@@ -63,11 +65,14 @@ static int build(run *r)
     char ledger[4200];
     snprintf(ledger, sizeof ledger, "%s/postProcessing/ledger", c->directory);
     r->owned = c->particles; /* phase_new hands the shapes to the engine */
+    progress_follow(&r->progress, &c->dem.param);
     if (mac_coupled_new(&r->coupled, &c->flow, c->particles ? &c->dem.param : NULL, &c->coupling,
                         ledger, r->message, sizeof r->message))
         return -1;
     mac_start(r->coupled.fluid, (const double(*)[3])c->U);
     r->time = c->control.start_time;
+    /* Once: feeders keep to a schedule of their own from here on. */
+    if (c->particles) dem_set_time(phase_engine(r->coupled.particles), r->time);
     r->dt = fmin(c->control.delta_t, c->control.max_delta_t);
     r->next_write = r->time + c->control.write_interval;
     r->series = mac_series_open(c, r->message, sizeof r->message);
@@ -161,7 +166,6 @@ static int step(run *r)
     int end = reached(r->time, control->end_time, dt);
     int output = end || reached(r->time, r->next_write, dt);
     if (output) r->time = end ? control->end_time : r->next_write;
-    if (r->coupled.particles) dem_set_time(phase_engine(r->coupled.particles), r->time);
     mac_log_step(&r->c, &r->coupled, r->time, dt, MPI_Wtime() - r->began);
     if (mac_series_write(r->series, &r->c, &r->coupled, r->time, dt)) {
         snprintf(r->message, sizeof r->message, "solver.csv could not be written");

@@ -13,6 +13,7 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -77,6 +78,13 @@ void mac_log_case(const mac_case *c)
     fflush(stdout);
 }
 
+/* A title and lines of caseLib's under it, if there are any. */
+static void log_lines(const char *title, char *lines)
+{
+    if (lines && *lines) printf("\n%s\n%s", title, lines);
+    free(lines);
+}
+
 static void log_particles(const mac_case *c, const mac_coupled *coupled)
 {
     static const char *const law[] = {"none", "Ergun, Wen and Yu", "Di Felice",
@@ -97,6 +105,9 @@ static void log_particles(const mac_case *c, const mac_coupled *coupled)
     if (r.map.full_cells)
         printf("    %-16s%g of %g m3 moved to neighbours by the packing limit %g\n", "full cells",
                r.map.moved_volume, r.map.solid_volume, c->coupling.packing_limit);
+    log_lines("Walls", case_describe_walls(&c->dem, "    "));
+    log_lines("Feeders", case_describe_feeders(&c->dem, "    "));
+    log_lines("Outlets", case_describe_outlets(&c->dem, "    "));
 }
 
 void mac_log_limits(const mac_case *c, const mac_coupled *coupled, double dt)

@@ -24,6 +24,7 @@
 #include "arguments.h"
 #include "case.h"
 #include "message.h"
+#include "progress.h"
 #include "settings.h"
 
 static const char PROGRAM[] = "felmiCheck";
@@ -189,33 +190,74 @@ static void print_flow(const whole_case *w)
            c->fluid.gravity[2]);
 }
 
-static int is_inserted(const dem_param *p, size_t material)
+static int is_made(const dem_param *p, int material)
 {
-    for (size_t i = 0; i < p->n_insertion; i++)
-        if (p->insertion[i].material == (int)material) return 1;
+    for (size_t i = 0; i < p->n_insertion; i++) {
+        const dem_insertion *in = &p->insertion[i];
+        if (!in->n_species && in->material == material) return 1;
+        for (size_t k = 0; k < in->n_species; k++)
+            if (in->species[k].material == material) return 1;
+    }
+    for (size_t i = 0; i < p->n_feeder; i++)
+        for (size_t k = 0; k < p->feeder[i].n_species; k++)
+            if (p->feeder[i].species[k].material == material) return 1;
     return 0;
 }
 
-static void print_materials(const dem_param *p)
+static void print_contacts(const dem_param *p)
 {
+    static const char *const rolling[] = {[DEM_ROLLING_NONE] = "",
+                                          [DEM_ROLLING_CONSTANT] = ", rolling constantTorque",
+                                          [DEM_ROLLING_EPSD] = ", rolling elasticPlastic"};
+    const int rolls = p->rolling != DEM_ROLLING_NONE, sticks = p->cohesion != DEM_COHESION_NONE;
+    printf("contacts   %-32s %13s %12s %9s", "", "stiffness N/m", "restitution", "friction");
+    if (rolls) printf(" %16s", "rollingFriction");
+    if (sticks) printf(" %22s", "cohesionEnergyDensity");
+    printf("   (%s law%s%s)\n", p->law == DEM_LINEAR ? "linear" : "hertz", rolling[p->rolling],
+           sticks ? ", cohesion sjkr" : "");
+    for (size_t i = 0; i < p->n_material; i++)
+        for (size_t j = i; j < p->n_material; j++) {
+            if (!is_made(p, (int)i) && !is_made(p, (int)j)) continue; /* walls do not meet */
+            const dem_pair *pair = &p->pair[i * p->n_material + j];
+            char names[2 * DEM_NAME + 2];
+            snprintf(names, sizeof names, "%s %s", p->material[i].name, p->material[j].name);
+            printf("           %-32s %13g %12g %9g", names, pair->stiffness, pair->restitution,
+                   pair->friction);
+            if (rolls) printf(" %16g", pair->rolling_friction);
+            if (sticks) printf(" %22g", pair->cohesion);
+            puts("");
+        }
+}
+
+/* A title and lines of caseLib's under it, if there are any. */
+static void print_lines(const char *title, char *lines)
+{
+    if (lines && *lines) printf("%s\n%s", title, lines);
+    free(lines);
+}
+
+static const char indent[] = "           ";
+
+static void print_materials(const case_dem *dem)
+{
+    const dem_param *p = &dem->param;
     printf("materials  %-16s %14s %18s %13s\n", "", "density kg/m3", "youngsModulus Pa",
            "poissonRatio");
     for (size_t i = 0; i < p->n_material; i++)
         printf("           %-16s %14g %18g %13g\n", p->material[i].name, p->material[i].density,
                p->material[i].youngs_modulus, p->material[i].poisson_ratio);
-    printf("contacts   %-32s %13s %12s %9s   (%s law)\n", "", "stiffness N/m", "restitution",
-           "friction", p->law == DEM_LINEAR ? "linear" : "hertz");
-    for (size_t i = 0; i < p->n_material; i++)
-        for (size_t j = i; j < p->n_material; j++) {
-            if (!is_inserted(p, i) && !is_inserted(p, j)) continue; /* walls do not meet */
-            const dem_pair *pair = &p->pair[i * p->n_material + j];
-            char names[2 * DEM_NAME + 2];
-            snprintf(names, sizeof names, "%s %s", p->material[i].name, p->material[j].name);
-            printf("           %-32s %13g %12g %9g\n", names, pair->stiffness, pair->restitution,
-                   pair->friction);
-        }
-    for (size_t i = 0; i < p->n_wall; i++)
-        printf("wall       %s of %s\n", p->wall[i].name, p->material[p->wall[i].material].name);
+    print_contacts(p);
+    print_lines("walls", case_describe_walls(dem, indent));
+    print_lines("feeders", case_describe_feeders(dem, indent));
+    print_lines("outlets", case_describe_outlets(dem, indent));
+}
+
+/* Surfaces are sampled when the simulation is made. */
+static void print_memory(const dem_param *p)
+{
+    size_t bytes = 0;
+    for (size_t w = 0; w < p->n_wall; w++) bytes += dem_sdf_memory(p->wall[w].shape);
+    if (bytes > 1000000) printf("%swalls take %.3g MB\n", indent, 1e-6 * (double)bytes);
 }
 
 static void print_particles(const whole_case *w, const dem_sim *sim)
@@ -242,7 +284,7 @@ static void print_particles(const whole_case *w, const dem_sim *sim)
                c->mesh.spacing[1] / most, c->mesh.spacing[2] / most);
 }
 
-static void print_limits(const case_control *control, const dem_sim *sim)
+static void print_limits(const case_control *control, const case_dem *dem, const dem_sim *sim)
 {
     dem_limits limits = dem_time_limits(sim);
     const struct {
@@ -250,8 +292,10 @@ static void print_limits(const case_control *control, const dem_sim *sim)
         double value;
     } limit[] = {{"contact", limits.contact},
                  {"Rayleigh (not imposed)", limits.rayleigh},
-                 {"timeStep.maximum", limits.user}};
-    for (int i = 0; i < 3; i++)
+                 {"wall", limits.wall},
+                 {"timeStep.maximum", limits.user},
+                 {"timeStep.fixed", dem->param.fixed_step}};
+    for (int i = 0; i < 5; i++)
         if (isfinite(limit[i].value) && limit[i].value > 0)
             printf("%s  %-24s %g s\n", i ? "         " : "DEM step ", limit[i].name,
                    limit[i].value);
@@ -272,16 +316,20 @@ static int has_domain(const dem_param *p)
 
 /* Make the particles as a run would; 0 with a message when the engine refuses. *taken: the engine
  * has the walls' shapes. */
-static int make_particles(const whole_case *w, int *taken)
+static int make_particles(whole_case *w, int *taken)
 {
     dem_sim *sim = NULL;
     const dem_param *param = &w->c.dem.param;
-    print_materials(param);
+    progress progress;
+    print_materials(&w->c.dem);
+    progress_follow(&progress, &w->c.dem.param);
     if (!has_domain(param)) return 1;
     int good = *taken = dem_new(MPI_COMM_SELF, param, &sim) == DEM_OK;
     if (good) {
         print_particles(w, sim);
-        print_limits(&w->c.control, sim);
+        if (*dem_message(sim)) printf("%s%s\n", indent, dem_message(sim));
+        print_memory(param);
+        print_limits(&w->c.control, &w->c.dem, sim);
     } else {
         message_stop(PROGRAM, "%s/constant/demProperties: %s", w->directory, dem_message(sim));
     }
@@ -314,6 +362,7 @@ static void conclude(const whole_case *w)
 static void tell_apart(const whole_case *w)
 {
     whole_case foam = {.directory = w->directory, .flows = 1, .errors = case_errors_new()};
+    foam.c.mesh = w->c.mesh; /* particles and walls are compared with it there, too */
     read_parts(&foam);
     if (case_errors_count(foam.errors) == 0)
         fputs(
