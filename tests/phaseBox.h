@@ -21,6 +21,8 @@ typedef struct phase_box {
     int cells[3];     /* of the mesh: 1, 2 or 4 along each axis */
     double wave;      /* amplitude of a density wave along z that starts with the run, m */
     const char *ledger;
+    const dem_feeder *feeder; /* one or none */
+    const dem_outlet *outlet; /* likewise */
     cpl_param coupling;
     /* made by phase_box_new */
     double period;
@@ -77,6 +79,8 @@ static inline int phase_box_new(phase_box *b)
     b->dem.law = DEM_LINEAR;
     b->dem.n_material = 1, b->dem.material = &b->material, b->dem.pair = &b->pair;
     b->dem.n_insertion = 1, b->dem.insertion = &b->insertion;
+    b->dem.n_feeder = b->feeder != NULL, b->dem.feeder = b->feeder;
+    b->dem.n_outlet = b->outlet != NULL, b->dem.outlet = b->outlet;
     const phase_param param = {.dem = &b->dem,
                                .coupling = &b->coupling,
                                .mesh = &b->mesh,

@@ -176,7 +176,9 @@ typedef struct cpl_entry {
     double carried_before[3], carried[3];   /* sum C, N s */
     double momentum_before[3], momentum[3]; /* of the particles, kg m/s */
     double gravity[3], walls[3];            /* impulses on the particles, N s */
-    double scale;          /* sum of magnitudes of the exchanged impulses, N s: the measure of 1 */
+    double supply[3]; /* momentum of particles that came, less that of those that left, kg m/s */
+    double gone[3];   /* owed to those that left when they did: C, less J of this step, N s */
+    double scale;     /* sum of magnitudes of the exchanged impulses, N s: the measure of 1 */
     double momentum_scale; /* sum of magnitudes of particle momenta and impulses, kg m/s */
 } cpl_entry;
 

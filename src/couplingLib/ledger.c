@@ -6,8 +6,12 @@
  *
  *     volume     mapped volume                       = volume of the particles
  *     exchange   what the fluid's equation lost      = what the particles were booked
- *     carry      carried - carried before            = booked - delivered
- *     momentum   momentum of particles - before      = gravity + walls + delivered
+ *     carry      carried - carried before            = booked - delivered - gone
+ *     momentum   momentum of particles - before      = gravity + walls + delivered + supply
+ *
+ * Particles that come bring their momentum, those that leave take it: supply. What was owed to them
+ * they take along too: what had been carried for them, less what was delivered to them in the step
+ * and is booked to nobody any more.
  *
  * The residual of a balance is its difference (Euclidean norm) over a scale: the volume of the
  * particles, the magnitudes of the exchanged impulses, or the magnitudes of the particles' momenta
@@ -29,8 +33,8 @@ static const char *const balance[BALANCES] = {"volume", "exchange", "carry", "pa
 static const char *const meaning[BALANCES] = {
     "solid volume on the mesh against the volume of the particles",
     "impulse lost by the fluid against the impulse booked for the particles",
-    "change of the carried impulse against booked less delivered impulse",
-    "change of the particles' momentum against gravity, walls and delivered impulse"};
+    "change of the carried impulse against booked less delivered impulse, less what left",
+    "change of the particles' momentum against gravity, walls, delivered impulse and supply"};
 
 struct cpl_ledger {
     FILE *file;
@@ -49,6 +53,9 @@ static const char header[] =
     "# delivered: impulse the particles received from the fluid's predicted force, N s\n"
     "# carried_before, carried: impulse booked and not yet delivered, N s\n"
     "# momentum_before, momentum: of the particles, kg m/s; gravity, walls: impulses on them, N s\n"
+    "# supply: momentum of particles that came, less that of those that left, kg m/s;\n"
+    "#   gone: impulse carried for those that left, less what they were delivered in the step, N "
+    "s\n"
     "# scale, momentum_scale: sums of magnitudes the residuals are relative to, N s\n"
     "# residual_volume, _exchange, _carry, _momentum: relative residuals of the four balances\n"
     "time,particle_volume,mapped_volume,moved_volume,"
@@ -56,7 +63,8 @@ static const char header[] =
     "particle_force_x,particle_force_y,particle_force_z,delivered_x,delivered_y,delivered_z,"
     "carried_before_x,carried_before_y,carried_before_z,carried_x,carried_y,carried_z,"
     "momentum_before_x,momentum_before_y,momentum_before_z,momentum_x,momentum_y,momentum_z,"
-    "gravity_x,gravity_y,gravity_z,walls_x,walls_y,walls_z,scale,momentum_scale,"
+    "gravity_x,gravity_y,gravity_z,walls_x,walls_y,walls_z,supply_x,supply_y,supply_z,"
+    "gone_x,gone_y,gone_z,scale,momentum_scale,"
     "residual_volume,residual_exchange,residual_carry,residual_momentum\n";
 
 /* mkdir -p */
@@ -134,9 +142,10 @@ static void balances(const cpl_entry *e, double residual[BALANCES])
     double exchange[3], carry[3], momentum[3];
     for (int a = 0; a < 3; a++) {
         exchange[a] = e->fluid_drag[a] + e->fluid_pressure[a] - e->particle_force[a];
-        carry[a] = e->carried[a] - e->carried_before[a] - e->particle_force[a] + e->delivered[a];
-        momentum[a] =
-            e->momentum[a] - e->momentum_before[a] - e->gravity[a] - e->walls[a] - e->delivered[a];
+        carry[a] = e->carried[a] - e->carried_before[a] - e->particle_force[a] + e->delivered[a] +
+                   e->gone[a];
+        momentum[a] = e->momentum[a] - e->momentum_before[a] - e->gravity[a] - e->walls[a] -
+                      e->delivered[a] - e->supply[a];
     }
     residual[VOLUME] = relative(fabs(e->mapped_volume - e->particle_volume), e->particle_volume);
     residual[EXCHANGE] = relative(norm(exchange), e->scale);
@@ -146,9 +155,10 @@ static void balances(const cpl_entry *e, double residual[BALANCES])
 
 static void write_row(FILE *file, const cpl_entry *e, const double residual[BALANCES])
 {
-    const double *vectors[] = {
-        e->fluid_drag, e->fluid_pressure,  e->particle_force, e->delivered, e->carried_before,
-        e->carried,    e->momentum_before, e->momentum,       e->gravity,   e->walls};
+    const double *vectors[] = {e->fluid_drag,      e->fluid_pressure, e->particle_force,
+                               e->delivered,       e->carried_before, e->carried,
+                               e->momentum_before, e->momentum,       e->gravity,
+                               e->walls,           e->supply,         e->gone};
     fprintf(file, "%.12g,%.16g,%.16g,%.6g", e->time, e->particle_volume, e->mapped_volume,
             e->moved_volume);
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)

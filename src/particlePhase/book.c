@@ -84,6 +84,8 @@ int phase_book(phase *ph, const double fluid_drag[3], const double fluid_pressur
     local.exchange_scale = exchange_scale(ph);
     const phase_sums now = reduce(ph, &local), start = ph->at_start;
     const dem_report dem = dem_last_report(ph->dem);
+    double carried[3]; /* for those that left */
+    dem_removed_column(ph->dem, ph->carried, carried);
     cpl_entry e = {.time = dem_time(ph->dem),
                    .particle_volume = ph->report.map.solid_volume,
                    .mapped_volume = ph->report.map.mapped_volume,
@@ -92,18 +94,20 @@ int phase_book(phase *ph, const double fluid_drag[3], const double fluid_pressur
         e.fluid_drag[a] = fluid_drag[a] * ph->dt;
         e.fluid_pressure[a] = fluid_pressure[a] * ph->dt;
         e.particle_force[a] = now.force[a] * ph->dt;
-        e.delivered[a] = now.delivered[a];
+        e.delivered[a] = now.delivered[a] + dem.removed_impulse[a];
         e.carried_before[a] = start.carried[a];
         e.carried[a] = now.carried[a];
         e.momentum_before[a] = start.momentum[a];
         e.momentum[a] = now.momentum[a];
         e.gravity[a] = dem.gravity_impulse[a];
         e.walls[a] = dem.wall_impulse[a];
+        e.supply[a] = dem.fed_momentum[a] - dem.removed_momentum[a];
+        e.gone[a] = carried[a] - dem.removed_impulse[a];
     }
-    e.scale =
-        now.exchange_scale * ph->dt + now.carried_scale + start.carried_scale + now.impulse_scale;
-    e.momentum_scale =
-        now.speed_scale + start.speed_scale + now.impulse_scale + size(e.gravity) + size(e.walls);
+    const double impulses = now.impulse_scale + size(dem.removed_impulse);
+    e.scale = now.exchange_scale * ph->dt + now.carried_scale + start.carried_scale + impulses;
+    e.momentum_scale = now.speed_scale + start.speed_scale + impulses + size(e.gravity) +
+                       size(e.walls) + size(dem.fed_momentum) + size(dem.removed_momentum);
     ph->report.height =
         now.mass > 0 && size(ph->up) > 0 ? 2 * (now.moment / now.mass - ph->floor) : 0;
     ph->at_start = now;

@@ -7,11 +7,14 @@
  *     drag      kappa(eps, |u - v|);  K = scatter kappa,  S = scatter kappa v
  *     settle    L = kappa (u - T v) - V grad p,   C = C + L dt - J
  *
- * (method: couplingLib's force.c). A particle that has not met the fluid yet, at the start or
- * created later, begins with the buoyancy of a fluid at rest, L = -rho V g, and with C = 0; at the
- * start with the drag coefficient of a fluid that moves with it, so that a stiff particle resists
- * from the beginning. What the fluid turns out to exert in that step is carried in C like any
- * other error of prediction.
+ * (method: couplingLib's force.c). Particles that feeders bring within a step feel the fluid from
+ * its end on: they are in the map and in the drag, and what the fluid exerts on them is carried in
+ * C. Those that outlets take leave with their momentum and with what was owed to them, which the
+ * ledger books. A particle that has not met the fluid yet, at the start or created later, begins
+ * with the buoyancy of a fluid at rest, L = -rho V g, and with C = 0; at the start with the drag
+ * coefficient of a fluid that moves with it, so that a stiff particle resists from the beginning.
+ * What the fluid turns out to exert in that step is carried in C like any other error of
+ * prediction.
  */
 #include "state.h"
 
@@ -272,8 +275,12 @@ static void find_acceleration(phase *ph, double dt)
 {
     const dem_view p = dem_particles(ph->dem);
     const vector *before = (const vector *)dem_column(ph->dem, ph->before);
-    for (size_t i = 0; i < p.n; i++)
-        for (int a = 0; a < 3; a++) ph->s[i][a] = p.mass[i] * (p.v[i][a] - before[i][a]) / dt;
+    const double *eps = dem_column(ph->dem, ph->eps_p);
+    for (size_t i = 0; i < p.n; i++) {
+        const int came = !(eps[i] > 0); /* in this step: where it comes from says nothing */
+        for (int a = 0; a < 3; a++)
+            ph->s[i][a] = came ? 0 : p.mass[i] * (p.v[i][a] - before[i][a]) / dt;
+    }
     cpl_scatter(ph->map, 3, ph->s[0], ph->vector_cell[0]);
     cpl_scatter(ph->map, 1, p.mass, ph->mass_cell);
     for (size_t c = 0; c < ph->mesh.n; c++)

@@ -26,11 +26,13 @@ static cpl_entry balanced(void)
                        .particle_force = {1.5, 0, 5},
                        .delivered = {1.25, 0, 4.5},
                        .carried_before = {.5, 0, 1},
-                       .carried = {.75, 0, 1.5},
+                       .carried = {.75, -.25, 2},
                        .momentum_before = {7, 1, 2},
-                       .momentum = {8.25, 1, -1},
+                       .momentum = {8.25, .5, -.75},
                        .gravity = {0, 0, -8},
                        .walls = {0, 0, .5},
+                       .supply = {0, -.5, .25},
+                       .gone = {0, .25, -.5},
                        .scale = 8,
                        .momentum_scale = 16};
 }
@@ -78,6 +80,12 @@ static void losses_are_named(void **unused)
     expect(e, 1e-4, "balance of carry");
     e = balanced();
     e.momentum[0] += 16e-4;
+    expect(e, 1e-4, "balance of particle momentum");
+    e = balanced();
+    e.gone[1] += 8e-4;
+    expect(e, 1e-4, "balance of carry");
+    e = balanced();
+    e.supply[2] += 16e-4;
     expect(e, 1e-4, "balance of particle momentum");
     /* A NaN never balances, nor does a difference without a measure. */
     cpl_ledger *ledger;
@@ -131,7 +139,7 @@ static void file_is_written(void **unused)
     assert_int_equal(lines[2], lines[0]);     /* begun anew */
     assert_int_equal(lines[3], lines[0]);     /* appending to nothing writes a header */
     assert_int_equal(lines[0], comments[0] + 2);
-    assert_int_equal(columns[0], 4 + 10 * 3 + 2 + 4);
+    assert_int_equal(columns[0], 4 + 12 * 3 + 2 + 4);
     assert_memory_equal(last, "0.0125,3.5,3.5,0.25,2,0,1,-0.5,0,4,1.5,0,5,1.25,0,4.5,", 53);
 
     /* a directory below a file cannot be made */

@@ -175,6 +175,63 @@ static void newcomer(void **unused)
     phase_box_free(&b);
 }
 
+/* Particles come and go while the box falls through a shower of fluid velocities: the books close
+ * every step, in gas and in liquid, down to an empty box; nobody is thrown about. */
+static void feeder_and_outlet(void **unused)
+{
+    (void)unused;
+    for (int liquid = 0; liquid < 2; liquid++) {
+        phase_box b = glass_in_air();
+        if (liquid) b.rho = 998, b.mu = 1e-3;
+        const double side = PERIODS * b.d * cbrt(4 * 3.14159265358979323846 / 6 / (1 - b.eps));
+        const double low[3] = {0, 0, .7 * side}, top[3] = {side, side, side};
+        const double floor[3] = {side, side, .3 * side}, zero[3] = {0, 0, 0};
+        dem_species s = {0, {.kind = DEM_SIZE_UNIFORM, .lo = .3e-3, .hi = .7e-3}, 1};
+        dem_feeder f = {.name = "inlet",
+                        .n_species = 1,
+                        .species = &s,
+                        .number_rate = 3e4,
+                        .begin = .0013,
+                        .end = .006,
+                        .mass = INFINITY,
+                        .number = -1,
+                        .seed = 3};
+        f.region = dem_sdf_box(low, top, 1);
+        memcpy(f.lo, low, sizeof low);
+        memcpy(f.hi, top, sizeof top);
+        f.velocity[2] = -.37;
+        const dem_outlet o = {"exit", dem_sdf_box(zero, floor, 1), .0004, INFINITY};
+        b.feeder = &f;
+        b.outlet = &o;
+        b.velocity[2] = -1.3;
+        assert_int_equal(phase_box_new(&b), 0);
+        double u[CELLS][3], gradient[CELLS][3] = {{0}}, drag[3], pressure[3], fastest = 0;
+        random_fields(u, gradient);
+        for (int c = 0; c < CELLS; c++) u[c][2] = -.2, memset(gradient[c], 0, sizeof *gradient);
+        int64_t fed, removed;
+        double mass, waiting;
+        for (int step = 0; step < 400; step++) {
+            const int status = phase_advance(b.phase, 1e-4);
+            if (status) fail_msg("%s", phase_message(b.phase));
+            assert_int_equal(phase_drag(b.phase, (const double(*)[3])u), 0);
+            fluid_loses(&b, (const double(*)[3])u, (const double(*)[3])gradient, drag, pressure);
+            const int settled = phase_settle(b.phase, (const double(*)[3])u,
+                                             (const double(*)[3])gradient, NULL, drag, pressure);
+            if (settled) fail_msg("%s", phase_message(b.phase));
+            assert_true(phase_last_report(b.phase).ledger_residual < 1e-12);
+            const dem_report r = phase_last_report(b.phase).dem;
+            fastest = fmax(fastest, r.speed);
+        }
+        dem_fed(phase_engine(b.phase), 0, &fed, &mass, &waiting);
+        dem_removed(phase_engine(b.phase), 0, &removed, &mass);
+        assert_in_range(fed, 130, 142);
+        assert_int_equal(phase_last_report(b.phase).dem.particles, PHASE_BOX_N + fed - removed);
+        assert_int_equal(removed, PHASE_BOX_N + fed);
+        assert_true(fastest < 1.6);
+        phase_box_free(&b);
+    }
+}
+
 /* Mean height is that of the lattice; gravity may point along any axis. */
 static void height_and_log(void **unused)
 {
@@ -232,8 +289,13 @@ int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sources),  cmocka_unit_test(exchange),       cmocka_unit_test(tensor),
-        cmocka_unit_test(newcomer), cmocka_unit_test(height_and_log), cmocka_unit_test(refuses),
+        cmocka_unit_test(sources),
+        cmocka_unit_test(exchange),
+        cmocka_unit_test(tensor),
+        cmocka_unit_test(newcomer),
+        cmocka_unit_test(feeder_and_outlet),
+        cmocka_unit_test(height_and_log),
+        cmocka_unit_test(refuses),
     };
     const int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
