@@ -9,8 +9,9 @@
  * Morgan's laws.
  *
  * Union. A contact is hidden when the foot of its perpendicular, y = x - phi n, lies within
- * another member, where the surface is not bare, or upon one that is nearer to x or, at the same
- * distance, comes first. So two flush solids make one contact on either side of their seam, and a
+ * another member, where the surface is not bare, or upon it; of two whose feet are upon each other
+ * the first one answers. (Who is nearer does not decide: distances differ by the square of the way
+ * past a seam only.) So two flush solids make one contact on either side of their seam, and a
  * sphere that rolls across changes from one to the other where both are equally far: its force does
  * not step. In a concave corner both feet are bare and both members are felt.
  *
@@ -370,31 +371,56 @@ static double sibling(const dem_sdf *s, int j, const double x[3])
     return s->kind == UNION ? dem_sdf_distance(s->member[j], x) : eval_intersection(s, j, x, g);
 }
 
-/* Whether sibling `mine`, at distance phi from x with gradient g, is hidden by another one. */
+static void foot_of(const double x[3], double phi, const double g[3], double y[3])
+{
+    const double steep = sqrt(dot(g, g));
+    for (int k = 0; k < 3; k++) y[k] = x[k] - phi * g[k] / steep;
+}
+
+/* The point of sibling j that is nearest to x. */
+static void sibling_foot(const dem_sdf *s, int j, const double x[3], double y[3])
+{
+    double g[3], least = INFINITY;
+    if (s->kind == INTERSECTION) {
+        least = eval_intersection(s, j, x, g);
+        foot_of(x, least, g, y);
+        return;
+    }
+    for (int part = 0; part < dem_sdf_parts(s->member[j]); part++) {
+        const double phi = dem_sdf_eval(s->member[j], part, x, g);
+        if (!(phi < least)) continue;
+        least = phi;
+        foot_of(x, phi, g, y);
+    }
+}
+
+/* Room for rounding, and for the error of samples, in telling that points are on sibling j. */
+static double flush(const dem_sdf *s, int mine, int j, const double x[3], double phi)
+{
+    const double slack = ROUNDING * size_of(x) + FLUSH * fabs(phi);
+    return s->kind == UNION ? slack + sdf_fuzz(s->member[mine]) + sdf_fuzz(s->member[j]) : slack;
+}
+
+/* Whether sibling `mine`, at distance phi from x with gradient g, is hidden by another one: its
+ * foot is within that one, or upon it and not the other way round with `mine` the first. */
 static int is_hidden(const dem_sdf *s, int mine, double phi, const double x[3], const double g[3])
 {
     const int n = s->kind == UNION ? (int)s->n : s->parts;
     if (n == 1) return 0;
-    const double steep = sqrt(dot(g, g)), size = size_of(x) + fabs(phi);
-    double y[3];
-    for (int k = 0; k < 3; k++) y[k] = x[k] - phi * g[k] / steep;
-    double flush = ROUNDING * size + FLUSH * fabs(phi);
-    if (s->kind == UNION) flush += sdf_fuzz(s->member[mine]);
+    double y[3], other[3];
+    foot_of(x, phi, g, y);
     for (int j = 0; j < n; j++) {
         if (j == mine) continue;
-        double slack = flush;
-        if (s->kind == UNION) {
-            int off = 0;
-            slack += sdf_fuzz(s->member[j]);
-            for (int k = 0; k < 3; k++)
-                off |= y[k] < s->box[j][k] - slack || y[k] > s->box[j][3 + k] + slack;
-            if (off) continue;
-        }
+        const double slack = flush(s, mine, j, x, phi);
+        int off = 0;
+        for (int k = 0; k < 3 && s->kind == UNION; k++)
+            off |= y[k] < s->box[j][k] - slack || y[k] > s->box[j][3 + k] + slack;
+        if (off) continue;
         const double depth = sibling(s, j, y);
         if (depth > slack) continue;
-        if (depth < -slack) return 1;
-        const double nearer = phi - sibling(s, j, x);
-        if (nearer > ROUNDING * size || (j < mine && nearer > -ROUNDING * size)) return 1;
+        if (depth < -slack || j < mine) return 1;
+        sibling_foot(s, j, x, other);
+        if (sibling(s, mine, other) > slack) return 1;
     }
     return 0;
 }
