@@ -29,7 +29,7 @@
  * max); Nocedal & Wright, Numerical Optimization, Springer (2006), ch. 16, 18,
  * doi:10.1007/978-0-387-40065-5.
  */
-#include "sdf.h"
+#include "band.h"
 
 #include <limits.h>
 #include <math.h>
@@ -473,7 +473,7 @@ int sdf_near_combined(const dem_sdf *s, int part, const double x[3], double reac
 double sdf_fuzz(const dem_sdf *s)
 {
     double most = 0.;
-    if (s->kind == SURFACE) return s->band != NULL ? .25 * s->spacing : 0.;
+    if (s->kind == SURFACE) return s->band != NULL ? .25 * s->band->spacing : 0.;
     for (size_t k = 0; k < s->n; k++) most = fmax(most, sdf_fuzz(s->member[k]));
     return s->kind == TRANSFORM ? s->scale * most : most;
 }

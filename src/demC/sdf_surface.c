@@ -169,6 +169,5 @@ dem_status sdf_sample_surface(dem_sdf *s, double spacing, double width, const ch
         }
         if (cache != NULL) band_write(s->band, s->surface, cache, message, size);
     }
-    s->spacing = spacing;
     return DEM_OK;
 }
