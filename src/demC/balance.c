@@ -205,9 +205,14 @@ static void angular_momentum(const particles *p, double L[3])
 
 void balance_report(dem_sim *sim)
 {
-    const balance *b = &sim->balance;
+    balance *b = &sim->balance;
     dem_report *r = &sim->report;
     if (!b->on) return;
+    if (b->changed && !sim->particles.n) { /* the last has left, and took what springs held */
+        b->supply -= b->elastic;
+        b->elastic = b->tangential = b->turned = 0;
+        b->changed = 0;
+    }
     spring_energy s;
     double held = b->elastic;
     if (!b->changed) held = sim->list.valid && sim->particles.n ? elastic(sim, &s) : 0;

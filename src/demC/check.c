@@ -34,6 +34,13 @@ static dem_status check_domain(dem_sim *sim, const dem_param *param)
     if (param->law != DEM_LINEAR && param->law != DEM_HERTZ)
         return fail(sim, DEM_BAD_ARGUMENT, "contact law %d is none of linear (%d), hertz (%d)",
                     (int)param->law, DEM_LINEAR, DEM_HERTZ);
+    if (param->rolling < DEM_ROLLING_NONE || param->rolling > DEM_ROLLING_EPSD)
+        return fail(sim, DEM_BAD_ARGUMENT,
+                    "rolling resistance %d is none of none (%d), constant (%d), epsd (%d)",
+                    (int)param->rolling, DEM_ROLLING_NONE, DEM_ROLLING_CONSTANT, DEM_ROLLING_EPSD);
+    if (param->cohesion != DEM_COHESION_NONE && param->cohesion != DEM_COHESION_SJKR)
+        return fail(sim, DEM_BAD_ARGUMENT, "cohesion %d is none of none (%d), sjkr (%d)",
+                    (int)param->cohesion, DEM_COHESION_NONE, DEM_COHESION_SJKR);
     return DEM_OK;
 }
 
@@ -46,6 +53,9 @@ static dem_status check_numbers(dem_sim *sim, const dem_param *param)
     if (!(param->time_step >= 0) || !isfinite(param->time_step))
         return fail(sim, DEM_BAD_ARGUMENT, "time step %g s must be >= 0 (0: automatic)",
                     param->time_step);
+    if (!(param->fixed_step >= 0) || !isfinite(param->fixed_step))
+        return fail(sim, DEM_BAD_ARGUMENT, "fixed step %g s must be >= 0 (0: chosen by the engine)",
+                    param->fixed_step);
     if (!(param->impact_speed >= 0) || !isfinite(param->impact_speed))
         return fail(sim, DEM_BAD_ARGUMENT, "impact speed %g m/s must be >= 0", param->impact_speed);
     if (!(param->skin > 0) || !isfinite(param->skin))
@@ -89,7 +99,15 @@ static dem_status check_pair(dem_sim *sim, const dem_param *param, size_t a, siz
             return fail(sim, DEM_BAD_ARGUMENT, "contact %s-%s: stiffness ratio %g must be > 0", na,
                         nb, pair->stiffness_ratio);
     }
-    if (pair->restitution != other->restitution || pair->friction != other->friction ||
+    const double extra[] = {pair->rolling_friction, pair->rolling_damping, pair->cohesion};
+    const char *what[] = {"rolling friction", "rolling damping", "cohesion energy density"};
+    for (int k = 0; k < 3; k++)
+        if (!(extra[k] >= 0) || !isfinite(extra[k]))
+            return fail(sim, DEM_BAD_ARGUMENT, "contact %s-%s: %s %g must be >= 0", na, nb, what[k],
+                        extra[k]);
+    if (pair->rolling_friction != other->rolling_friction ||
+        pair->rolling_damping != other->rolling_damping || pair->cohesion != other->cohesion ||
+        pair->restitution != other->restitution || pair->friction != other->friction ||
         pair->stiffness != other->stiffness || pair->stiffness_ratio != other->stiffness_ratio)
         return fail(sim, DEM_BAD_ARGUMENT, "contact %s-%s differs from contact %s-%s", na, nb, nb,
                     na);

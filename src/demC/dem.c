@@ -158,6 +158,8 @@ dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
         status = run_insertion(sim, &param->insertion[k]);
     if (!status) status = feeders_init(sim, param);
     if (!status) status = outlets_init(sim, param);
+    if (!status) status = check_cohesion(sim);
+    if (!status && sim->fixed_step > 0) status = check_fixed_step(sim);
     if (status) return status;
     /* Regions of insertions have done their duty. */
     for (size_t k = 0; k < param->n_insertion; k++)
@@ -198,6 +200,13 @@ const char *dem_message(const dem_sim *sim)
 dem_limits dem_time_limits(const dem_sim *sim)
 {
     return time_limits(sim);
+}
+
+void dem_pair_limits(const dem_sim *sim, int a, int b, double *contact, double *rayleigh)
+{
+    *contact = *rayleigh = INFINITY;
+    if (a < 0 || b < 0 || a >= sim->n_material || b >= sim->n_material) return;
+    pair_limits(sim, a, b, contact, rayleigh);
 }
 
 static dem_status rebuild(dem_sim *sim)
@@ -331,15 +340,9 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     if (!(dt > 0) || !isfinite(dt))
         return fail(sim, DEM_BAD_ARGUMENT, "time step %g s must be > 0", dt);
     if (substeps < 0) return fail(sim, DEM_BAD_ARGUMENT, "%d sub-steps", substeps);
-    if (!substeps) {
-        /* A ratio that is whole but for rounding must not cost a step more. */
-        double least = ceil(dt / time_limits(sim).step * (1 - 1e-12));
-        if (least > 2147483647.)
-            return fail(sim, DEM_BAD_ARGUMENT, "time step %g s needs %g sub-steps", dt, least);
-        substeps = least > 1 ? (int)least : 1;
-    }
+    dem_status status = choose_substeps(sim, dt, &substeps);
+    if (status) return status;
     clear_sums(sim);
-    dem_status status = DEM_OK;
     double end = sim->time + dt;
     for (int s = 0; s < substeps && !status; s++)
         status = step(sim, dt / substeps, s == substeps - 1);

@@ -65,7 +65,7 @@ dem_status fail(dem_sim *sim, dem_status status, const char *format, ...)
 dem_status no_memory(dem_sim *sim);
 /* Smallest and largest particles, and whether all are alike; after particles came or went. */
 void take_stock(dem_sim *sim);
-double sphere_mass(const dem_sim *sim, double radius, int material);
+double mass_of_sphere(const dem_sim *sim, double radius, int material);
 /* As dem_add, of particles that need no check; they are not published. */
 dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],
                            const double (*omega)[3], const double *radius, const int *material,

@@ -182,14 +182,14 @@ static double due_now(const feeder *f)
  * smaller one does not jump ahead. */
 static int next_is_allowed(const dem_sim *sim, const feeder *f)
 {
-    const double mass = sphere_mass(sim, .5 * f->diameter, f->material);
+    const double mass = mass_of_sphere(sim, .5 * f->diameter, f->material);
     if (f->given.number >= 0 && f->number >= f->given.number) return 0;
     return tally_total(&f->mass) + mass <= f->given.mass + WHOLE * mass;
 }
 
 static int next_is_due(const dem_sim *sim, const feeder *f)
 {
-    const double mass = sphere_mass(sim, .5 * f->diameter, f->material);
+    const double mass = mass_of_sphere(sim, .5 * f->diameter, f->material);
     if (!next_is_allowed(sim, f)) return 0;
     if (f->given.mass_rate > 0) return tally_total(&f->mass) + mass <= due_now(f) + WHOLE * mass;
     return (double)f->number + 1 <= due_now(f) + WHOLE;
@@ -348,7 +348,7 @@ static int find_place(const dem_sim *sim, const feeder *f, const crowd *c, doubl
 static dem_status enter(dem_sim *sim, feeder *f, crowd *c, const double x[3], arrivals *in)
 {
     dem_report *r = &sim->report;
-    const double mass = sphere_mass(sim, .5 * f->diameter, f->material);
+    const double mass = mass_of_sphere(sim, .5 * f->diameter, f->material);
     if (arrivals_reserve(in, in->n + 1) || crowd_append(c, x, .5 * f->diameter) ||
         grid_reserve(&c->grid, c->n, (const double(*)[3])c->x, c->r))
         return DEM_NO_MEMORY;

@@ -55,7 +55,7 @@ static dem_status check_ids(dem_sim *sim, size_t n, const int64_t *id)
                : fail(sim, DEM_BAD_ARGUMENT, "particle id %lld is given twice", (long long)twice);
 }
 
-double sphere_mass(const dem_sim *sim, double radius, int material)
+double mass_of_sphere(const dem_sim *sim, double radius, int material)
 {
     return 4. / 3 * M_PI * radius * radius * radius * sim->material[material].density;
 }
@@ -87,7 +87,7 @@ static void look_ahead(dem_sim *sim)
             const int m = f->mixture.material[k];
             const double r = .5 * f->mixture.size[k].lo;
             sim->smallest_radius[m] = fmin(sim->smallest_radius[m], r);
-            sim->smallest_mass[m] = fmin(sim->smallest_mass[m], sphere_mass(sim, r, m));
+            sim->smallest_mass[m] = fmin(sim->smallest_mass[m], mass_of_sphere(sim, r, m));
         }
     }
 }
@@ -142,7 +142,7 @@ dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const d
     if (status) return status;
     for (size_t i = 0; i < n; i++) {
         particles_append(p, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL, radius[i],
-                         sphere_mass(sim, radius[i], material[i]), material[i],
+                         mass_of_sphere(sim, radius[i], material[i]), material[i],
                          id ? id[i] : p->next_id);
         balance_supply(sim, p->n - 1, 1);
     }

@@ -321,7 +321,7 @@ static void balances(void **unused)
     dem_report before = dem_last_report(sim);
     double worst = 0;
     for (int n = 0; n < 150; n++) {
-        go(sim, .0101, 60);
+        go(sim, .0101, 150);
         const dem_report r = dem_last_report(sim);
         const double scale = fmax(r.mass, 1e-3) * 6;
         assert_near(r.mass, before.mass + r.fed_mass - r.removed_mass, 1e-13 * fmax(r.mass, .01));
@@ -429,7 +429,7 @@ static void leaving(void **unused)
     }
     assert_int_equal(
         dem_set_outside_force(sim, (const double(*)[3])f, k, (const double(*)[3])w, NULL), DEM_OK);
-    go(sim, .05, 100);
+    go(sim, .05, 120);
     const dem_report report = dem_last_report(sim);
     assert_int_equal(report.removed, 2);
     assert_int_equal(report.particles, 1);
@@ -442,7 +442,7 @@ static void leaving(void **unused)
     assert_near((report.removed_momentum[0] - brought) / report.removed_impulse[0], 1, 1e-12);
     assert_true(report.removed_impulse[0] < impulse && report.removed_impulse[0] > .8 * impulse);
     assert_near((report.outside_impulse[0] - report.removed_impulse[0]) / (.05 * 2e-3), 1, 1e-12);
-    go(sim, .001, 2);
+    go(sim, .001, 3);
     dem_removed_column(sim, column, sum);
     assert_near(sum[0], 0, 0);
     assert_near(dem_last_report(sim).removed_impulse[0], 0, 0);

@@ -243,7 +243,7 @@ static void run_crowd(dem_law law, double skin, int periodic, unsigned shuffle, 
     }
     gsl_rng_free(rng);
     add_crowd(&r, &d);
-    rig_advance(&r, 5e-6 * steps, steps);
+    rig_advance(&r, 4e-6 * steps, steps);
     dem_view p = dem_particles(r.sim);
     for (size_t i = 0; i < p.n; i++) memcpy(x[(p.id[i] - 3) / 7], p.x[i], sizeof *x);
     if (dem_last_report(r.sim).contacts < 10)
@@ -257,8 +257,8 @@ static void order_of_input(void **state)
     static double a[MANY][3], b[MANY][3];
     for (int law = DEM_LINEAR; law <= DEM_HERTZ; law++)
         for (int periodic = 0; periodic < 2; periodic++) {
-            run_crowd((dem_law)law, .15, periodic, 0, 3000, a);
-            run_crowd((dem_law)law, .15, periodic, 99, 3000, b);
+            run_crowd((dem_law)law, .15, periodic, 0, 3750, a);
+            run_crowd((dem_law)law, .15, periodic, 99, 3750, b);
             assert_memory_equal(a, b, sizeof a); /* to the last bit */
         }
 }
@@ -271,8 +271,8 @@ static void history_over_rebuilds(void **state)
     static double a[MANY][3], b[MANY][3];
     for (int law = DEM_LINEAR; law <= DEM_HERTZ; law++)
         for (int periodic = 0; periodic < 2; periodic++) {
-            run_crowd((dem_law)law, .02, periodic, 0, 600, a);
-            run_crowd((dem_law)law, .9, periodic, 0, 600, b);
+            run_crowd((dem_law)law, .02, periodic, 0, 750, a);
+            run_crowd((dem_law)law, .9, periodic, 0, 750, b);
             double worst = 0;
             for (int i = 0; i < MANY; i++)
                 for (int d = 0; d < 3; d++) worst = fmax(worst, fabs(a[i][d] - b[i][d]));
