@@ -132,7 +132,7 @@ int sdf_near_surface(const dem_sdf *s, int part, const double x[3], double reach
         double phi, g[3];
         const int found = band_eval(s->band, part, x, &phi, g);
         if (found == 0) return 0;
-        if (found > 0) return phi < reach;
+        if (found > 0) return phi < reach + .25 * s->band->spacing; /* its error at edges */
     }
     surface_hit hit = {.d2 = reach * reach};
     return surface_nearest(s->surface, part, x, &hit);
