@@ -43,7 +43,9 @@ static void add_cloud(rig *r, gsl_rng *rng, size_t n, double R, double width, do
     free(material);
 }
 
-static void start_cloud(rig *r, dem_law law, double R, double e)
+/* Models: 0 the plain law, 1 rolling of constant torque, 2 elastic-plastic, 3 that with cohesion.
+ */
+static void start_cloud(rig *r, dem_law law, double R, double e, int models)
 {
     /* Stiffness so that time is the same for all sizes: about 1e-5 s a step. */
     double m = sphere_mass(.4 * R, 1700), size = R / 2.2e-3;
@@ -53,6 +55,13 @@ static void start_cloud(rig *r, dem_law law, double R, double e)
     r->material[1].density = 1700;
     rig_pairs(r, e, .43, m * 1e9, .7);
     r->pair[1].friction = r->pair[2].friction = .17;
+    r->param.rolling = models ? DEM_ROLLING_CONSTANT + (models > 1) : DEM_ROLLING_NONE;
+    r->param.cohesion = models > 2 ? DEM_COHESION_SJKR : DEM_COHESION_NONE;
+    for (int p = 0; p < 4; p++) {
+        r->pair[p].rolling_friction = .23;
+        r->pair[p].rolling_damping = .4;
+        r->pair[p].cohesion = .03 * m * 1e9 / R;
+    }
     rig_start(r);
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
     add_cloud(r, rng, MANY, R, 14 * R, 200 * R);
@@ -88,9 +97,10 @@ static void momentum_kept(void **state)
     (void)state;
     const double radius[] = {10e-6, 2.2e-3, .5};
     for (int law = DEM_LINEAR; law <= DEM_HERTZ; law++)
-        for (int k = 0; k < 3; k++) {
+        for (int run = 0; run < 12; run++) {
+            int k = run % 3, models = run / 3;
             rig r;
-            start_cloud(&r, (dem_law)law, radius[k], .6);
+            start_cloud(&r, (dem_law)law, radius[k], .6, models);
             dem_view p = dem_particles(r.sim);
             double L0[3], L1[3], size_L, size_p = momentum_size(&p), P0[3] = {0};
             angular_momentum(&p, L0, &size_L);
@@ -111,8 +121,10 @@ static void momentum_kept(void **state)
                 dp = fmax(dp, fabs(rep.momentum[a] - P0[a]) / size_p);
                 dL = fmax(dL, fabs(L1[a] - L0[a]) / size_L);
             }
-            print_message("%s, R %g m, up to %d contacts: momentum kept to %.1e, angular to %.1e\n",
-                          law == DEM_LINEAR ? "Linear" : "Hertz", radius[k], (int)most, dp, dL);
+            print_message(
+                "%s, models %d, R %g m, up to %d contacts: momentum kept to %.1e, angular to "
+                "%.1e\n",
+                law == DEM_LINEAR ? "Linear" : "Hertz", models, radius[k], (int)most, dp, dL);
             for (int a = 0; a < 3; a++) {
                 assert_within(rep.momentum[a], P0[a], 1e-13 * size_p);
                 assert_within(L1[a], L0[a], 1e-12 * size_L);
