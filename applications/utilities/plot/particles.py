@@ -9,7 +9,8 @@ import h5py
 import numpy as np
 
 from style import plt, save, set_style
-from matplotlib.collections import EllipseCollection  # noqa: E402
+from walls import Wall
+from matplotlib.collections import EllipseCollection, LineCollection  # noqa: E402
 
 AXIS = {"x": 0, "y": 1, "z": 2}
 LABEL = {  # --colour: dataset, component (None: magnitude), label
@@ -46,6 +47,10 @@ def arguments():
                         help="window, m; default: around all particles drawn")
     parser.add_argument("--slice", nargs=2, type=float, metavar=("FROM", "TO"),
                         help="only centres within these depths along the third axis, m")
+    parser.add_argument("--wall", action="append", default=[], metavar="NAME=FILE[*SCALE]",
+                        help="STL file of a wall, scaled to m: draws its section half-way of the "
+                             "slice, or at 0, where the case's wallForces.csv says that it is; "
+                             "may be repeated")
     parser.add_argument("--columns", type=int, default=0, help="pictures in a row; 0: all")
     parser.add_argument("--title", default="")
     parser.add_argument("--dpi", type=int, default=200)
@@ -142,10 +147,24 @@ def draw(axes, snapshot, right, up, unit, points_per_unit, norm, args):
     return circles
 
 
-def window(snapshots, right, up, extent):
+def sections(args, times, depth):
+    """Segments of all walls for each time."""
+    source = args.source[0] if os.path.isdir(args.source[0]) else os.path.dirname(args.source[0])
+    case = source if os.path.isdir(os.path.join(source, "dem")) else os.path.join(source, "..")
+    walls = [Wall(text, case) for text in args.wall]
+    level = 0.5 * sum(args.slice) if args.slice else 0.0
+    return [np.concatenate([wall.section(time, depth, level) for wall in walls])
+            if walls else np.zeros((0, 2, 3)) for time in times]
+
+
+def window(snapshots, right, up, extent, lines):
     if extent:
         return extent
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for segments in lines:
+        if len(segments):
+            low = np.minimum(low, segments[..., [right, up]].min(axis=(0, 1)))
+            high = np.maximum(high, segments[..., [right, up]].max(axis=(0, 1)))
     for x, d, _ in snapshots:
         if len(x):
             r = 0.5 * d[:, None]
@@ -189,14 +208,17 @@ def main():
     right, up = AXIS[args.axes[0]], AXIS[args.axes[1]]
     chosen = choose(find_snapshots(args.source), args.count, args.times)
     snapshots = [load(path, args.colour) for _, path in chosen]
-    box = np.array(window(snapshots, right, up, args.extent))
+    lines = sections(args, [time for time, _ in chosen], toward_viewer(right, up)[0])
+    box = np.array(window(snapshots, right, up, args.extent, lines))
     unit, name = (1e3, "mm") if max(box[1] - box[0], box[3] - box[2]) < 1 else (1, "m")
     box = box * unit
     norm = colour_norm(snapshots, args.range)
     figure, axes, points_per_unit = lay_out(len(chosen), args.columns, box)
     for panel in axes.flat[len(chosen):]:
         panel.set_axis_off()
-    for panel, (time, _), snapshot in zip(axes.flat, chosen, snapshots):
+    for panel, (time, _), snapshot, wall in zip(axes.flat, chosen, snapshots, lines):
+        panel.add_collection(LineCollection(unit * wall[..., [right, up]], colors="0.3",
+                                            linewidths=0.8))
         circles = draw(panel, snapshot, right, up, unit, points_per_unit, norm, args)
         panel.set(xlim=box[:2], ylim=box[2:], aspect="equal", title=f"$t$ = {time:g} s")
         panel.spines[:].set_visible(True)
