@@ -261,6 +261,39 @@ static void speed_is_a_bound(void **state)
     }
 }
 
+/* A tenth of the smallest radius; of a turning plane the domain's corner is the fastest. */
+static void wall_limits_the_step(void **state)
+{
+    (void)state;
+    const double R = 1.3e-3;
+    for (int turns = 0; turns < 2; turns++) {
+        rig r;
+        rig_init(&r, DEM_LINEAR, .2);
+        rig_floor(&r);
+        dem_motion m = dem_motion_default();
+        m.kind = turns ? DEM_ROTATION : DEM_TRANSLATION;
+        m.vector[2] = 40;
+        m.rate = 130;
+        m.begin = .7;
+        m.end = .8;
+        r.wall[0].n_motion = 1;
+        r.wall[0].motion = &m;
+        rig_start(&r);
+        assert_true(dem_time_limits(r.sim).wall == INFINITY); /* nobody is there */
+        rig_ball(&r, 2 * R, .05, 0, .1, 0, 0, 0);
+        rig_ball(&r, R, 0, 0, .1, 0, 0, 0);
+        double speed = turns ? 130 * sqrt(2) * .2 : 40;
+        dem_limits l = dem_time_limits(r.sim);
+        assert_close(l.wall, .1 * R / speed, 1e-12);
+        assert_true(l.step <= l.wall && l.wall < l.contact);
+        rig_advance(&r, 1e-4, 0);
+        assert_true(dem_last_report(r.sim).step <= l.wall);
+        dem_set_time(r.sim, .8);
+        assert_true(dem_time_limits(r.sim).wall == INFINITY);
+        dem_free(r.sim);
+    }
+}
+
 /* ---- refusals -------------------------------------------------------------------------------- */
 
 static void expect_refusal(dem_motion m, const char *words)
@@ -419,6 +452,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(earlier_axis_is_carried),
         cmocka_unit_test(tables_are_clamped_splines),
         cmocka_unit_test(speed_is_a_bound),
+        cmocka_unit_test(wall_limits_the_step),
         cmocka_unit_test(bad_motions_are_named),
         cmocka_unit_test(list_of_moving_walls_is_never_short),
         cmocka_unit_test(place_is_told),
