@@ -311,7 +311,8 @@ typedef struct dem_sim dem_sim;
  */
 dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **sim);
 void dem_free(dem_sim *sim);
-/* Text of the last error, "" if none. Never NULL. */
+/* Text of the last error, or a note that dem_new or dem_add left about a cache of samples that it
+ * could not use; "" if none. Never NULL. */
 const char *dem_message(const dem_sim *sim);
 
 /* ---- particles ------------------------------------------------------------------------------- */
