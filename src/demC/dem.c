@@ -21,6 +21,7 @@
 #include "insert.h"
 #include "integrate.h"
 #include "report.h"
+#include "restart.h"
 #include "snapshot.h"
 #include "time_step.h"
 
@@ -154,10 +155,11 @@ dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
     dem_status status = check_param(sim, param);
     if (!status) status = copy_param(sim, param);
     if (!status) status = walls_sample_for(sim, param);
-    for (size_t k = 0; k < param->n_insertion && !status; k++)
+    for (size_t k = 0; k < param->n_insertion && !status && !param->restart; k++)
         status = run_insertion(sim, &param->insertion[k]);
     if (!status) status = feeders_init(sim, param);
     if (!status) status = outlets_init(sim, param);
+    if (!status && param->restart) status = restart_read(sim, param->restart);
     if (!status) status = check_cohesion(sim);
     if (!status && sim->fixed_step > 0) status = check_fixed_step(sim);
     if (status) return status;
@@ -178,6 +180,8 @@ void dem_free(dem_sim *sim)
     walls_free(&sim->walls, sim->owns_shapes);
     feeders_free(&sim->feeders, sim->owns_shapes);
     outlets_free(&sim->outlets, sim->owns_shapes);
+    for (size_t k = 0; k < sim->n_kept; k++) free(sim->kept[k].value);
+    free(sim->kept);
     free(sim->sdf_cache);
     free(sim->material);
     free(sim->pair);
@@ -209,6 +213,14 @@ void dem_pair_limits(const dem_sim *sim, int a, int b, double *contact, double *
     pair_limits(sim, a, b, contact, rayleigh);
 }
 
+double list_reach(const dem_sim *sim, int *uneven)
+{
+    /* With the largest radius for the skin or the cells, one large sphere would have crowds of
+     * small ones in each other's lists. */
+    *uneven = sim->largest_radius > 2 * sim->smallest_any;
+    return 2 * (*uneven ? sim->median_radius : sim->largest_radius) + sim->list.skin;
+}
+
 static dem_status rebuild(dem_sim *sim)
 {
     particles *p = &sim->particles;
@@ -218,13 +230,10 @@ static dem_status rebuild(dem_sim *sim)
     if (status || !p->n) return status;
     /* After particles came or went the histories are saved already, and the list no longer fits. */
     if (list->valid && contacts_save(&sim->contacts, list, p->n)) return no_memory(sim);
-    /* With the largest radius for the skin or the cells, one large sphere would have crowds of
-     * small ones in each other's lists. */
-    int uneven = sim->largest_radius > 2 * sim->smallest_any;
-    double radius = uneven ? sim->median_radius : sim->largest_radius;
     list->skin = sim->skin * 2 * sim->median_radius;
     sim->walls.slack = .5 * list->skin;
-    if (neighbour_sort(list, p, 2 * radius + list->skin) || neighbour_fill(list, p, uneven) ||
+    int uneven;
+    if (neighbour_sort(list, p, list_reach(sim, &uneven)) || neighbour_fill(list, p, uneven) ||
         contacts_restore(&sim->contacts, list, p->n) ||
         walls_list(&sim->walls, p, .5 * list->skin, list->place))
         return no_memory(sim);
@@ -371,7 +380,8 @@ double dem_time(const dem_sim *sim)
 
 void dem_set_time(dem_sim *sim, double time)
 {
-    feeders_set_time(sim, time);
+    /* Who takes a rounding off the clock jumps over nothing. */
+    if (!(fabs(time - sim->time) <= 1e-3 * sim->report.step)) feeders_set_time(sim, time);
     set_clock(sim, time);
 }
 

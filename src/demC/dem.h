@@ -297,6 +297,7 @@ typedef struct dem_param {
     double time_step;        /* largest DEM step, s; 0: from steps_per_period alone */
     double impact_speed;     /* m/s, floor of the speed that sets Hertz's contact time; 0: none */
     double skin;             /* Verlet skin / median diameter, default .15; > 0 */
+    const char *restart;     /* file of dem_write_restart to go on from, or NULL; see there */
 } dem_param;
 
 dem_param dem_param_default(void);
@@ -354,6 +355,9 @@ int dem_attach(dem_sim *sim, const char *name, int width);
 double *dem_column(dem_sim *sim, int handle);
 /* Sum of the column, [width], over the particles that outlets took in the last dem_advance. */
 void dem_removed_column(const dem_sim *sim, int handle, double *sum);
+
+/* Whether the column came with a restart file, instead of being made anew with zeros. */
+int dem_column_restored(const dem_sim *sim, int handle);
 
 /**
  * Set the outside force F = f + k (w - v) - M dv/dt for the coming dem_advance, in the order of
@@ -466,6 +470,27 @@ void dem_removed(const dem_sim *sim, size_t outlet, int64_t *number, double *mas
  * another name and then renamed.
  */
 dem_status dem_write_snapshot(dem_sim *sim, const char *directory, const char *name);
+
+/* ---- restart --------------------------------------------------------------------------------- */
+
+/**
+ * Write all state to `<directory>/<name>.h5`, whole and on the disk before it has that name; then
+ * delete all but the last `keep` (0: none) of the restart files there whose names are numbers not
+ * above this one's. DEM_IO: the files that were there are as they were.
+ *
+ * A simulation made with param.restart goes on bit for bit where this one is. Insertions are not
+ * run. Materials, walls, feeders, outlets and all settings are those of the parameters, which may
+ * have changed; history goes by their names, and is left behind by what is no more. The materials
+ * of the particles, contact law, rolling resistance and periodic sides must be as they were. Every
+ * byte of the file is checked; one that is not whole, of another kind or of a newer version is
+ * refused. Columns come with their values to who attaches them again.
+ */
+dem_status dem_write_restart(dem_sim *sim, const char *directory, const char *name, int keep);
+/* Numbers of the caller that go into restart files and come back with them: by a name without '/',
+ * replaced when it is there already. Copied. */
+dem_status dem_keep(dem_sim *sim, const char *name, size_t n, const double *value);
+/* How many numbers are kept under that name, 0: none; at most n of them are copied. */
+size_t dem_kept(const dem_sim *sim, const char *name, size_t n, double *value);
 
 #ifdef __cplusplus
 }

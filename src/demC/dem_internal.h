@@ -17,6 +17,12 @@
 #include "sdf.h"
 #include "wall.h"
 
+typedef struct kept_numbers {
+    char name[DEM_NAME];
+    size_t n;
+    double *value; /* [n], owned */
+} kept_numbers;
+
 struct dem_sim {
     MPI_Comm comm;
     char message[512];
@@ -44,7 +50,7 @@ struct dem_sim {
     balance balance;
     char *sdf_cache;       /* directory, or NULL */
     sdf_progress progress; /* while dem_new is at work */
-    int owns_shapes; /* set when dem_new has succeeded */
+    int owns_shapes;       /* set when dem_new has succeeded */
 
     double smallest_any, median_radius, largest_radius; /* m; 0 without particles */
     double *smallest_mass, *smallest_radius; /* [n_material], infinite without particles */
@@ -54,7 +60,9 @@ struct dem_sim {
     double speed;                            /* no particle is faster, m/s */
     double overlap;                          /* largest / smaller radius, when last looked at, - */
 
-    int outside; /* an outside force is set */
+    int outside;        /* an outside force is set */
+    kept_numbers *kept; /* [n_kept] of dem_keep */
+    size_t n_kept;
     double time;
     dem_report report;
 };
@@ -65,6 +73,8 @@ dem_status fail(dem_sim *sim, dem_status status, const char *format, ...)
 dem_status no_memory(dem_sim *sim);
 /* Smallest and largest particles, and whether all are alike; after particles came or went. */
 void take_stock(dem_sim *sim);
+/* What the cells of the neighbour list are laid for, m, and how it is filled. */
+double list_reach(const dem_sim *sim, int *uneven);
 double mass_of_sphere(const dem_sim *sim, double radius, int material);
 /* As dem_add, of particles that need no check; they are not published. */
 dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],

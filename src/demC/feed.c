@@ -171,8 +171,7 @@ void feeders_free(feeders *f, int free_regions)
 
 /* ---- what is due ----------------------------------------------------------------------------- */
 
-/* kg, or particles, due at the last moment. */
-static double due_now(const feeder *f)
+double feeder_due(const feeder *f)
 {
     const double moment = fmin(f->origin + f->moment * f->interval, f->given.end);
     return f->before + rate_of(f) * fmax(0, moment - f->origin);
@@ -191,16 +190,16 @@ static int next_is_due(const dem_sim *sim, const feeder *f)
 {
     const double mass = mass_of_sphere(sim, .5 * f->diameter, f->material);
     if (!next_is_allowed(sim, f)) return 0;
-    if (f->given.mass_rate > 0) return tally_total(&f->mass) + mass <= due_now(f) + WHOLE * mass;
-    return (double)f->number + 1 <= due_now(f) + WHOLE;
+    if (f->given.mass_rate > 0) return tally_total(&f->mass) + mass <= feeder_due(f) + WHOLE * mass;
+    return (double)f->number + 1 <= feeder_due(f) + WHOLE;
 }
 
 /* kg that are due and have not come. */
 static double debt(const feeder *f)
 {
     if (f->given.mass_rate > 0)
-        return fmax(0, fmin(due_now(f), f->given.mass) - tally_total(&f->mass));
-    double due = floor(due_now(f) + WHOLE);
+        return fmax(0, fmin(feeder_due(f), f->given.mass) - tally_total(&f->mass));
+    double due = floor(feeder_due(f) + WHOLE);
     if (f->given.number >= 0) due = fmin(due, (double)f->given.number);
     return fmax(0, due - (double)f->number) * f->mixture.mass;
 }
@@ -213,7 +212,7 @@ int feeder_goes_on(const dem_sim *sim, const feeder *f)
 void feeders_set_time(dem_sim *sim, double time)
 {
     for (feeder *f = sim->feeders.feeder; f < sim->feeders.feeder + sim->feeders.n; f++) {
-        f->before = due_now(f);
+        f->before = feeder_due(f);
         f->origin = fmax(f->given.begin, time);
         f->moment = 0;
     }

@@ -38,6 +38,8 @@ void feeders_free(feeders *f, int free_regions);
 void feeders_set_time(dem_sim *sim, double time);
 /* At the start of a step of the length dt. */
 dem_status feeders_feed(dem_sim *sim, double dt);
+/* kg, or particles where the rate is one of number, due at the last moment. */
+double feeder_due(const feeder *f);
 /* Whether a feeder has particles yet to come. */
 int feeder_goes_on(const dem_sim *sim, const feeder *f);
 

@@ -176,9 +176,13 @@ void h5file_put_rows(h5file *f, hid_t group, const char *name, h5rows rows, int 
     const hsize_t start[2] = {rows.first, 0};
     const hid_t file_space = h5file_check(f, H5Screate_simple(rank, all, NULL), name);
     const hid_t memory_space = h5file_check(f, H5Screate_simple(rank, here, NULL), name);
+    /* The same state makes the same file: no time of day in it. */
+    const hid_t creation = h5file_check(f, H5Pcreate(H5P_DATASET_CREATE), name);
+    h5file_check(f, H5Pset_obj_track_times(creation, 0), name);
     const hid_t set = h5file_check(
-        f, H5Dcreate2(group, name, file_type, file_space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+        f, H5Dcreate2(group, name, file_type, file_space, H5P_DEFAULT, creation, H5P_DEFAULT),
         name);
+    H5Pclose(creation);
     if (set >= 0) {
         if (rows.n > 0) {
             h5file_check(

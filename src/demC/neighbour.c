@@ -153,9 +153,14 @@ static void sort_order(neighbour *list, const particles *p)
 
 dem_status neighbour_sort(neighbour *list, particles *p, double reach)
 {
+    wrap(list, p);
+    return neighbour_sort_again(list, p, reach);
+}
+
+dem_status neighbour_sort_again(neighbour *list, particles *p, double reach)
+{
     dem_status status = reserve(list, p->n);
     if (status) return status;
-    wrap(list, p);
     if ((status = lay_grid(list, p, reach))) return status;
     for (size_t i = 0; i < p->n; i++) list->cell[i] = cell_of(list, p->pos[i]);
     sort_order(list, p);

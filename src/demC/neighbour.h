@@ -54,6 +54,8 @@ void neighbour_init(neighbour *list, const double lo[3], const double hi[3], con
 void neighbour_free(neighbour *list);
 /* Sort particles by (cell, id); list->place[old] is then the new index. Positions are wrapped. */
 dem_status neighbour_sort(neighbour *list, particles *p, double range);
+/* The same of positions that were wrapped when such a list was built, and must stay to the bit. */
+dem_status neighbour_sort_again(neighbour *list, particles *p, double range);
 /* Fill the rows for sorted particles; uneven: their radii differ by more than a factor of two, and
  * the range of the sort may be less than the largest of a pair. */
 dem_status neighbour_fill(neighbour *list, particles *p, int uneven);

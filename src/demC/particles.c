@@ -152,6 +152,13 @@ dem_status particles_keep(particles *p, const uint32_t *order, size_t n)
 
 int particles_attach(particles *p, const char *name, int width)
 {
+    for (size_t k = p->n_fixed; k < p->n_field; k++) {
+        field *f = &p->field[k];
+        if (f->restored != 1 || strncmp(f->name, name, DEM_NAME - 1) != 0) continue;
+        if (f->size != (size_t)width * sizeof(double)) return -1;
+        f->restored = 2;
+        return (int)(k - p->n_fixed);
+    }
     double *removed = calloc((size_t)width, sizeof *removed);
     int f = removed ? enter(p, NULL, (size_t)width * sizeof(double), name) : -1;
     if (f < 0) {

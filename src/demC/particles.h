@@ -26,6 +26,8 @@ typedef struct field {
     size_t size;     /* bytes per particle */
     int stays;       /* nonzero: made anew before it is read again, so it need not be sorted */
     double *removed; /* of a column: its sum over the particles that have gone */
+    int restored;    /* of a column: 1 it comes from a restart file and waits for who attaches it,
+                        2 it has been attached */
     char name[DEM_NAME];
 } field;
 
@@ -60,7 +62,7 @@ dem_status particles_reserve(particles *p, size_t capacity);
 dem_status particles_permute(particles *p, const uint32_t *order);
 /* Keep the n particles at the places order[], increasing, in that order. */
 dem_status particles_keep(particles *p, const uint32_t *order, size_t n);
-/* Handle of a new column or -1. */
+/* Handle of a new column, or of one of that name and width that waits, or -1. */
 int particles_attach(particles *p, const char *name, int width);
 double *particles_column(particles *p, int handle);
 /* Sums of the columns over the particles gone since: to zero, and with that of row i. */

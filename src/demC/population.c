@@ -227,6 +227,13 @@ double *dem_column(dem_sim *sim, int handle)
     return particles_column(&sim->particles, handle);
 }
 
+int dem_column_restored(const dem_sim *sim, int handle)
+{
+    const particles *p = &sim->particles;
+    const size_t f = p->n_fixed + (size_t)handle;
+    return handle >= 0 && f < p->n_field && p->field[f].restored != 0;
+}
+
 void dem_removed_column(const dem_sim *sim, int handle, double *sum)
 {
     const particles *p = &sim->particles;

@@ -90,6 +90,8 @@ struct dem_sim;
 dem_status walls_sample(struct dem_sim *sim, double smallest, double largest);
 /* For all that insertions and feeders announce. */
 dem_status walls_sample_for(struct dem_sim *sim, const dem_param *param);
+/* At least as finely and as wide as that. */
+dem_status walls_sample_at(struct dem_sim *sim, double spacing, double width);
 
 /* ---- wall.c ---------------------------------------------------------------------------------- */
 

@@ -40,6 +40,13 @@ dem_status walls_sample(dem_sim *sim, double smallest, double largest)
     double width = .5 * largest + 1.5 * sim->skin * largest;
     if (!(smallest > 0) || !isfinite(largest)) return DEM_OK;
     if (w->sampled_width >= width && w->sampled_spacing <= 2 * spacing) return DEM_OK;
+    return walls_sample_at(sim, spacing, width);
+}
+
+dem_status walls_sample_at(dem_sim *sim, double spacing, double width)
+{
+    walls *w = &sim->walls;
+    if (w->sampled_width >= width && w->sampled_spacing <= spacing) return DEM_OK;
     w->sampled_width = fmax(w->sampled_width, width);
     w->sampled_spacing = w->sampled_spacing > 0 ? fmin(w->sampled_spacing, spacing) : spacing;
     for (size_t k = 0; k < w->n; k++) {

@@ -1,0 +1,420 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/**
+ * restart.c - the state of a simulation in a file, and back.
+ *
+ * What the state is stands in tables: SCALAR of the simulation, COLUMN of the particles
+ * (restart_particles.c), and PART, the functions that save and load what has a form of its own.
+ * What follows from parameters (coefficients, shapes, motions, rates) is not state: a restart takes
+ * it from the parameters it is given, so that they may be changed.
+ *
+ * Bit for bit. The order in which forces are summed is that of the particles in the store, which
+ * the neighbour list decides when it is built, from the positions and ids of that moment; and when
+ * it is built next depends on how far particles have moved since. So the positions of the build are
+ * saved with those of now; loading builds the list from them, as it was, and then puts the
+ * particles where they are. If the list no longer held when the state was saved, after particles
+ * came or went, the next step builds it, here as there. The list of particles near walls has no say
+ * in any sum and is made anew.
+ *
+ * On any number of ranks. Particles are in the order of their ids, contacts in that of the pair of
+ * ids with the springs turned to act on the lower one, wall contacts by id and the name of the
+ * wall: nothing refers to a place in memory.
+ *
+ *     /state    SCALAR                         /particles, /columns   COLUMN, attached columns
+ *     /model    law, rolling, periodic, domain /contacts, /wallContacts, /walls   histories
+ *     /balance  sums of energies               /feeders, /outlets     what has come and gone
+ *     /materials                               /kept                  numbers of the caller
+ */
+#include "restart.h"
+
+#include "check.h"
+#include "report.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define REAL(set, units, member)                                                                   \
+    {                                                                                              \
+        set, units, RECORD_REAL, offsetof(dem_sim, member)                                         \
+    }
+#define LONG(set, member)                                                                          \
+    {                                                                                              \
+        set, "-", RECORD_INT64, offsetof(dem_sim, member)                                          \
+    }
+#define WHOLE(set, member)                                                                         \
+    {                                                                                              \
+        set, "-", RECORD_INT, offsetof(dem_sim, member)                                            \
+    }
+#define LENGTH(table) (sizeof table / sizeof *table)
+
+static const restart_record SCALAR[] = {
+    REAL("state/time", "s", time),
+    LONG("state/nextId", particles.next_id),
+    REAL("state/speed", "m/s", speed),
+    REAL("state/overlap", "-", overlap),
+    REAL("state/medianRadius", "m", median_radius),
+    REAL("state/mass", "kg", mass),
+    WHOLE("state/outside", outside),
+    WHOLE("state/listed", list.valid),
+    REAL("state/skin", "m", list.skin),
+    REAL("state/moved", "m", list.moved),
+    REAL("state/step", "s", report.step),
+    WHOLE("state/substeps", report.substeps),
+    LONG("state/rebuilds", report.rebuilds),
+    LONG("state/contacts", report.contacts),
+    LONG("state/wallContacts", report.wall_contacts),
+    REAL("state/reportedOverlap", "-", report.overlap),
+    WHOLE("balance/on", balance.on),
+    REAL("balance/gravity", "J", balance.gravity),
+    REAL("balance/outside", "J", balance.outside),
+    REAL("balance/walls", "J", balance.walls),
+    REAL("balance/damping", "J", balance.damping),
+    REAL("balance/sliding", "J", balance.sliding),
+    REAL("balance/rolling", "J", balance.rolling),
+    REAL("balance/supply", "J", balance.supply),
+    REAL("balance/tangential", "J", balance.tangential),
+    REAL("balance/turned", "J", balance.turned),
+    WHOLE("balance/changed", balance.changed),
+    REAL("balance/elastic", "J", balance.elastic),
+};
+
+/* ---- tools ----------------------------------------------------------------------------------- */
+
+void *restart_room(restart_job *job, size_t bytes)
+{
+    return restart_hold(job->file, bytes);
+}
+
+void restart_put_here(restart_job *job, const char *set, restart_kind kind, size_t n, int width,
+                      const void *data, const char *units)
+{
+    restart_put(job->file, set, kind, h5file_rows(&job->file->f, n), width, data, units);
+}
+
+void restart_put_records(restart_job *job, const restart_record *table, size_t n_table,
+                         const void *base, size_t stride, size_t n)
+{
+    double *real = malloc((n + 1) * sizeof *real);
+    int64_t *whole = malloc((n + 1) * sizeof *whole);
+    for (size_t t = 0; t < n_table && real && whole; t++) {
+        const restart_record *r = &table[t];
+        for (size_t k = 0; k < n; k++) {
+            const char *member = (const char *)base + k * stride + r->at;
+            if (r->type == RECORD_REAL) memcpy(&real[k], member, sizeof *real);
+            if (r->type == RECORD_INT64) memcpy(&whole[k], member, sizeof *whole);
+            if (r->type == RECORD_INT) whole[k] = *(const int *)(const void *)member;
+        }
+        const int is_real = r->type == RECORD_REAL;
+        restart_put_here(job, r->set, is_real ? RESTART_REAL : RESTART_WHOLE, n, 1,
+                         is_real ? (void *)real : (void *)whole, r->units);
+    }
+    if (!real || !whole) h5file_fail(&job->file->f, "write", "out of memory");
+    free(real);
+    free(whole);
+}
+
+void restart_get_records(restart_job *job, const restart_record *table, size_t n_table, void *base,
+                         size_t stride, size_t n, const size_t *place)
+{
+    for (size_t t = 0; t < n_table; t++) {
+        const restart_record *r = &table[t];
+        const int is_real = r->type == RECORD_REAL;
+        const void *data =
+            restart_get(job->file, r->set, is_real ? RESTART_REAL : RESTART_WHOLE, 1, &n);
+        for (size_t k = 0; k < n && data; k++) {
+            if (place && place[k] == SIZE_MAX) continue;
+            char *member = (char *)base + (place ? place[k] : k) * stride + r->at;
+            const int64_t *whole = data;
+            if (r->type == RECORD_INT)
+                *(int *)(void *)member = (int)whole[k];
+            else
+                memcpy(member, (const char *)data + 8 * k, 8);
+        }
+    }
+}
+
+size_t *restart_match(restart_job *job, const char *set, size_t n, const char *names, size_t stride,
+                      size_t *rows)
+{
+    *rows = RESTART_ANY;
+    const char(*found)[DEM_NAME] = restart_get(job->file, set, RESTART_TEXT, 1, rows);
+    size_t *place = found ? restart_room(job, *rows * sizeof *place) : NULL;
+    unsigned char *taken = restart_room(job, n);
+    for (size_t k = 0; place && taken && k < *rows; k++) {
+        size_t i = 0; /* names that occur twice are taken in their order */
+        while (i < n && (taken[i] || strncmp(found[k], names + i * stride, DEM_NAME) != 0)) i++;
+        place[k] = i < n ? i : SIZE_MAX;
+        if (i < n) taken[i] = 1;
+    }
+    return place;
+}
+
+size_t restart_find(const restart_job *job, int64_t id)
+{
+    size_t low = 0, high = job->n;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (job->id[middle] < id)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < job->n && job->id[low] == id ? low : job->n;
+}
+
+/* ---- what must agree ------------------------------------------------------------------------- */
+
+static const char *const LAW[] = {[DEM_LINEAR] = "linear", [DEM_HERTZ] = "hertz"};
+static const char *const ROLLING[] = {
+    [DEM_ROLLING_NONE] = "none", [DEM_ROLLING_CONSTANT] = "constant", [DEM_ROLLING_EPSD] = "epsd"};
+
+static void save_model(restart_job *job)
+{
+    const dem_sim *sim = job->sim;
+    char law[2][DEM_NAME] = {{0}};
+    strcpy(law[0], LAW[sim->law]);
+    strcpy(law[1], ROLLING[sim->extras.rolling]);
+    restart_put_here(job, "model/law", RESTART_TEXT, 1, 1, law[0], "-");
+    restart_put_here(job, "model/rolling", RESTART_TEXT, 1, 1, law[1], "-");
+    const int64_t periodic[3] = {sim->periodic[0] != 0, sim->periodic[1] != 0,
+                                 sim->periodic[2] != 0};
+    double box[6];
+    memcpy(box, sim->lo, sizeof sim->lo);
+    memcpy(box + 3, sim->hi, sizeof sim->hi);
+    restart_put_here(job, "model/periodic", RESTART_WHOLE, 1, 3, periodic, "-");
+    restart_put_here(job, "model/domain", RESTART_REAL, 1, 6, box, "m");
+    const size_t n = (size_t)sim->n_material;
+    char(*name)[DEM_NAME] = calloc(n + 1, sizeof *name);
+    double *density = calloc(n + 1, sizeof *density);
+    for (size_t k = 0; k < n && name && density; k++) {
+        memcpy(name[k], sim->material[k].name, DEM_NAME);
+        density[k] = sim->material[k].density;
+    }
+    if (!name || !density) h5file_fail(&job->file->f, "write", "out of memory");
+    restart_put_here(job, "materials/name", RESTART_TEXT, n, 1, name, "-");
+    restart_put_here(job, "materials/density", RESTART_REAL, n, 1, density, "kg/m3");
+    free(name);
+    free(density);
+}
+
+static void load_law(restart_job *job, const char *set, const char *what, const char *here)
+{
+    size_t one = 1;
+    const char *there = restart_get(job->file, set, RESTART_TEXT, 1, &one);
+    if (there && strncmp(there, here, DEM_NAME) != 0)
+        restart_refuse(job->file, "its %s is %.*s, that of this simulation %s", what, DEM_NAME,
+                       there, here);
+}
+
+static void load_model(restart_job *job)
+{
+    const dem_sim *sim = job->sim;
+    size_t one = 1;
+    load_law(job, "model/law", "contact law", LAW[sim->law]);
+    load_law(job, "model/rolling", "rolling resistance", ROLLING[sim->extras.rolling]);
+    const int64_t *periodic = restart_get(job->file, "model/periodic", RESTART_WHOLE, 3, &one);
+    const double *box = restart_get(job->file, "model/domain", RESTART_REAL, 6, &one);
+    for (int a = 0; a < 3 && periodic && box; a++) {
+        const int here = sim->periodic[a] != 0;
+        if (here != (periodic[a] != 0))
+            restart_refuse(job->file, "direction %c is %speriodic there, here it is%s", "xyz"[a],
+                           here ? "not " : "", here ? "" : " not");
+        else if (here && (box[a] != sim->lo[a] || box[3 + a] != sim->hi[a]))
+            restart_refuse(job->file,
+                           "the periodic sides %c were at %.9g and %.9g m, not %.9g and "
+                           "%.9g",
+                           "xyz"[a], box[a], box[3 + a], sim -> lo[a], sim -> hi[a]);
+    }
+    size_t rows;
+    const char *names = sim->n_material ? sim->material[0].name : "";
+    const size_t *place = restart_match(job, "materials/name", (size_t)sim->n_material, names,
+                                        sizeof *sim->material, &rows);
+    const double *density = restart_get(job->file, "materials/density", RESTART_REAL, 1, &rows);
+    job->material = restart_room(job, rows * sizeof *job->material);
+    job->heavier = restart_room(job, rows * sizeof *job->heavier);
+    if (job->file->f.failed) return;
+    job->n_material = rows;
+    job->material_name = restart_get(job->file, "materials/name", RESTART_TEXT, 1, &rows);
+    for (size_t k = 0; k < rows; k++) {
+        job->material[k] = place[k] == SIZE_MAX ? -1 : (int)place[k];
+        job->heavier[k] = place[k] == SIZE_MAX ? 1 : sim->material[place[k]].density / density[k];
+    }
+}
+
+/* ---- numbers of the caller ------------------------------------------------------------------- */
+
+static void save_kept(restart_job *job)
+{
+    for (const kept_numbers *k = job->sim->kept; k < job->sim->kept + job->sim->n_kept; k++) {
+        char set[2 * DEM_NAME];
+        snprintf(set, sizeof set, "kept/%s", k->name);
+        restart_put_here(job, set, RESTART_REAL, k->n, 1, k->value, "SI");
+    }
+}
+
+static void load_kept(restart_job *job)
+{
+    size_t n;
+    char(*name)[DEM_NAME];
+    int *width;
+    restart_list(job->file, "kept", &n, &name, &width);
+    for (size_t k = 0; k < n; k++) {
+        char set[2 * DEM_NAME];
+        size_t rows = RESTART_ANY;
+        snprintf(set, sizeof set, "kept/%s", name[k]);
+        const double *value = restart_get(job->file, set, RESTART_REAL, 1, &rows);
+        if (value && dem_keep(job->sim, name[k], rows, value))
+            restart_refuse(job->file, "out of memory");
+    }
+}
+
+dem_status dem_keep(dem_sim *sim, const char *name, size_t n, const double *value)
+{
+    if (!name[0] || strlen(name) >= DEM_NAME || strchr(name, '/'))
+        return fail(sim, DEM_BAD_ARGUMENT, "'%s' is no name for numbers to keep", name);
+    size_t at = 0;
+    while (at < sim->n_kept && strcmp(sim->kept[at].name, name) != 0) at++;
+    kept_numbers *more = at < sim->n_kept ? sim->kept : realloc(sim->kept, (at + 1) * sizeof *more);
+    double *copy = malloc((n + 1) * sizeof *copy);
+    if (more) sim->kept = more;
+    if (!more || !copy) {
+        free(copy);
+        return no_memory(sim);
+    }
+    if (n) memcpy(copy, value, n * sizeof *copy);
+    if (at < sim->n_kept)
+        free(more[at].value);
+    else
+        sim->n_kept++;
+    snprintf(more[at].name, sizeof more[at].name, "%s", name);
+    more[at].n = n;
+    more[at].value = copy;
+    return DEM_OK;
+}
+
+size_t dem_kept(const dem_sim *sim, const char *name, size_t n, double *value)
+{
+    for (size_t k = 0; k < sim->n_kept; k++)
+        if (strcmp(sim->kept[k].name, name) == 0) {
+            const size_t count = sim->kept[k].n < n ? sim->kept[k].n : n;
+            if (count) memcpy(value, sim->kept[k].value, count * sizeof *value);
+            return sim->kept[k].n;
+        }
+    return 0;
+}
+
+/* ---- the whole ------------------------------------------------------------------------------- */
+
+static void save_scalars(restart_job *job)
+{
+    restart_put_records(job, SCALAR, LENGTH(SCALAR), job->sim, sizeof *job->sim, 1);
+}
+
+typedef struct part {
+    void (*save)(restart_job *job), (*load)(restart_job *job);
+} part;
+
+/* In this order: the first must agree, histories refer to particles. Scalars are loaded at last
+ * (settle), for the others change some of them. */
+static const part PART[] = {
+    {save_scalars, NULL},
+    {save_model, load_model},
+    {restart_save_particles, restart_load_particles},
+    {restart_save_columns, restart_load_columns},
+    {restart_save_contacts, restart_load_contacts},
+    {restart_save_walls, restart_load_walls},
+    {restart_save_flow, restart_load_flow},
+    {save_kept, load_kept},
+};
+
+typedef struct by_id {
+    int64_t id;
+    uint32_t row;
+} by_id;
+
+static int compare_ids(const void *a, const void *b)
+{
+    const int64_t x = ((const by_id *)a)->id, y = ((const by_id *)b)->id;
+    return (x > y) - (x < y);
+}
+
+/* The rows of the store in the order of ids, or NULL. */
+static uint32_t *order_by_id(const particles *p)
+{
+    by_id *all = malloc((p->n + 1) * sizeof *all);
+    uint32_t *row = malloc((p->n + 1) * sizeof *row);
+    for (size_t i = 0; i < p->n && all; i++) all[i] = (by_id){p->id[i], (uint32_t)i};
+    if (all && p->n) qsort(all, p->n, sizeof *all, compare_ids);
+    for (size_t i = 0; i < p->n && all && row; i++) row[i] = all[i].row;
+    if (!all) {
+        free(row);
+        row = NULL;
+    }
+    free(all);
+    return row;
+}
+
+dem_status dem_write_restart(dem_sim *sim, const char *directory, const char *name, int keep)
+{
+    restart_file file;
+    restart_job job = {.sim = sim, .file = &file, .n = sim->particles.n};
+    /* Numbers of a particle, of about three contacts and of columns, and the small datasets. */
+    size_t bytes = 65536 + 1024 * (LENGTH(SCALAR) + sim->n_kept) + job.n * (29 * 8 + 3 * 10 * 8);
+    for (size_t f = sim->particles.n_fixed; f < sim->particles.n_field; f++)
+        bytes += job.n * sim->particles.field[f].size + 1024;
+    restart_create(&file, sim->comm, directory, name, bytes, sim->message, sizeof sim->message);
+    job.row = order_by_id(&sim->particles);
+    if (!job.row) h5file_fail(&file.f, "write", "out of memory");
+    for (size_t k = 0; k < LENGTH(PART) && !file.f.failed; k++) PART[k].save(&job);
+    free(job.row);
+    return restart_finish(&file, directory, sim->time, (int64_t)job.n, keep);
+}
+
+/* Everything is in its place: scalars, the list, and what is worked out from them. */
+static dem_status settle(restart_job *job)
+{
+    dem_sim *sim = job->sim;
+    const int balanced = sim->balance.on;
+    dem_status status = check_range(sim, sim->largest_radius);
+    if (status) return status;
+    restart_get_records(job, SCALAR, LENGTH(SCALAR), sim, sizeof *sim, 1, NULL);
+    if (job->file->f.failed) return DEM_IO;
+    walls_move(&sim->walls, sim->time, 0);
+    const int listed = sim->list.valid && job->n > 0;
+    sim->list.valid = 0;
+    if (listed) status = restart_list_again(job);
+    if (status) return status;
+    particles_publish(&sim->particles, sim->lo, sim->hi, sim->periodic);
+    report_sums(sim);
+    const int was_balanced = sim->balance.on;
+    sim->balance.on = balanced;
+    balance_report(sim);
+    /* A balance that begins now begins with what there is. */
+    if (balanced && !was_balanced) {
+        sim->balance.supply += sim->report.energy.residual;
+        balance_report(sim);
+    }
+    return check_inside(sim);
+}
+
+dem_status restart_read(dem_sim *sim, const char *path)
+{
+    restart_file file;
+    restart_job job = {.sim = sim, .file = &file};
+    size_t one = 1;
+    dem_status status = restart_open(&file, sim->comm, path, sim->message, sizeof sim->message);
+    /* As finely as they were: forces depend on the samples. */
+    const double *sampled = restart_get(&file, "walls/sampled", RESTART_REAL, 2, &one);
+    if (sampled && sampled[0] > 0) status = walls_sample_at(sim, sampled[0], sampled[1]);
+    for (size_t k = 0; k < LENGTH(PART) && !status && !file.f.failed; k++)
+        if (PART[k].load) PART[k].load(&job);
+    if (!status && !file.f.failed) {
+        take_stock(sim);
+        status = settle(&job);
+    }
+    if (!status && file.f.failed) status = DEM_IO;
+    restart_close(&file);
+    return status;
+}
