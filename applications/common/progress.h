@@ -11,6 +11,7 @@
 typedef struct progress {
     char what[256];     /* the work under way */
     double began, said; /* wall clock, s */
+    double done;        /* share that was said last */
 } progress;
 
 /* Have dem_new tell by `p`, which must live as long. */

@@ -171,12 +171,13 @@ void case_read_dem(const case_dict *dict, const char *directory, const case_mesh
 void case_dem_free(case_dem *dem, int shapes);
 
 /* Lines for a log, each after `indent`: walls with their extent, memory and motion, feeders,
- * outlets. Text to be freed, empty
+ * outlets, and the limits of the DEM step by pairs of materials that meet. Text to be freed, empty
  * when there is nothing to tell; NULL when out of memory. Not after the simulation that owns the
  * shapes has been freed. */
 char *case_describe_walls(const case_dem *dem, const char *indent);
 char *case_describe_feeders(const case_dem *dem, const char *indent);
 char *case_describe_outlets(const case_dem *dem, const char *indent);
+char *case_describe_limits(const case_dem *dem, const dem_sim *sim, const char *indent);
 
 /* constant/couplingProperties */
 void case_read_coupling(const case_dict *dict, cpl_param *param, case_errors *errors);

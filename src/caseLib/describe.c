@@ -82,7 +82,7 @@ static void put_motion(lines *l, const dem_motion *m)
             m->n ? m->time[m->n - 1] : 0);
         break;
     }
-    if (m->ramp > 0) put(l, ", within %g s", m->ramp);
+    if (m->ramp > 0) put(l, ", ramp of %g s", m->ramp);
     put_window(l, m->begin, m->end);
     put(l, "\n");
 }
@@ -178,5 +178,29 @@ char *case_describe_outlets(const case_dem *dem, const char *indent)
         put_window(&l, outlet->begin, outlet->end);
         put(&l, "\n");
     }
+    return lines_text(&l);
+}
+
+/* ---- limits ---------------------------------------------------------------------------------- */
+
+char *case_describe_limits(const case_dem *dem, const dem_sim *sim, const char *indent)
+{
+    const dem_param *param = &dem->param;
+    lines l;
+    lines_open(&l, indent);
+    for (size_t a = 0; a < param->n_material; a++)
+        for (size_t b = a; b < param->n_material; b++) {
+            double contact, rayleigh;
+            char names[2 * DEM_NAME + 2];
+            dem_pair_limits(sim, (int)a, (int)b, &contact, &rayleigh);
+            if (!isfinite(contact) && !isfinite(rayleigh)) continue;
+            snprintf(names, sizeof names, "%s %s", param->material[a].name,
+                     param->material[b].name);
+            start(&l, names);
+            if (isfinite(contact)) put(&l, "contact %.4g s", contact);
+            if (isfinite(rayleigh))
+                put(&l, "%sRayleigh %.4g s", isfinite(contact) ? ", " : "", rayleigh);
+            put(&l, "\n");
+        }
     return lines_text(&l);
 }

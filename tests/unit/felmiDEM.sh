@@ -94,6 +94,11 @@ awk -F, '
 [ "$(sed -n 3p case/postProcessing/angularMomentum.csv | tr -cd , | wc -c)" = 12 ] ||
     { echo "angularMomentum.csv"; bad=1; }
 
+# A step that is too large is refused with the limit.
+fresh
+sed -i 's/maximum .*/fixed 0.1;/' case/constant/demProperties
+expect 1 "fixed" felmiDEM -case case
+
 if command -v mpirun >/dev/null; then
     fresh
     expect 1 "one rank" mpirun --oversubscribe -n 2 felmiDEM -case case

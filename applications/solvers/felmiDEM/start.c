@@ -112,6 +112,8 @@ void start_time_step(const case_dem *dem, const dem_sim *sim, double delta_t)
 {
     const dem_limits limits = dem_time_limits(sim);
     print_memory(&dem->param);
+    print_lines("Limits of the time step by pairs of materials",
+                case_describe_limits(dem, sim, indent));
     puts("\nLimits of the time step");
     banner_limit("contact", limits.contact, "period of a contact / stepsPerPeriod");
     banner_limit("Rayleigh", limits.rayleigh, "a fifth of the Rayleigh time, not imposed");

@@ -108,6 +108,8 @@ static void log_particles(const mac_case *c, const mac_coupled *coupled)
     log_lines("Walls", case_describe_walls(&c->dem, "    "));
     log_lines("Feeders", case_describe_feeders(&c->dem, "    "));
     log_lines("Outlets", case_describe_outlets(&c->dem, "    "));
+    log_lines("Limits of the DEM step by pairs of materials",
+              case_describe_limits(&c->dem, phase_engine(coupled->particles), "    "));
 }
 
 void mac_log_limits(const mac_case *c, const mac_coupled *coupled, double dt)

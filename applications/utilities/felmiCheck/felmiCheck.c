@@ -286,6 +286,7 @@ static void print_particles(const whole_case *w, const dem_sim *sim)
 
 static void print_limits(const case_control *control, const case_dem *dem, const dem_sim *sim)
 {
+    print_lines("limits", case_describe_limits(dem, sim, indent));
     dem_limits limits = dem_time_limits(sim);
     const struct {
         const char *name;
@@ -379,14 +380,15 @@ static int check(const char *directory)
     whole_case w = {.directory = directory, .errors = case_errors_new()};
     int taken = 0;
     read_case(&w);
-    int good = message_case(PROGRAM, w.errors) == 0;
-    if (good) {
+    const int read = message_case(PROGRAM, w.errors) == 0;
+    int good = read;
+    if (read) {
         print_flow(&w);
         if (w.particles) good = make_particles(&w, &taken);
     }
     if (good)
         conclude(&w);
-    else if (w.flows && !w.general && !is_for_mac(directory))
+    else if (!read && w.flows && !w.general && !is_for_mac(directory))
         tell_apart(&w);
     case_dem_free(&w.c.dem, !taken);
     w.c.particles = 0; /* they have been freed */
