@@ -118,12 +118,15 @@ static void put_head(restart_file *r, double time, int64_t particles)
     make_head(lines, (size_t)n, crc64_end(&c), (char *)image);
 }
 
-/* The number that a name "<number>.h5" begins with, NAN if it is none of that form. */
+/* The number of a name "<number>.h5", NAN if it is none of that form. */
 static double number_of(const char *name)
 {
-    char *end;
-    const double number = strtod(name, &end);
-    return end > name && strcmp(end, ".h5") == 0 && isfinite(number) ? number : NAN;
+    char text[64], *end;
+    const size_t length = strlen(name);
+    if (length < 4 || length >= sizeof text || strcmp(name + length - 3, ".h5") != 0) return NAN;
+    snprintf(text, sizeof text, "%.*s", (int)length - 3, name);
+    const double number = strtod(text, &end);
+    return *end == '\0' && isfinite(number) ? number : NAN;
 }
 
 static int later_first(const void *a, const void *b)
