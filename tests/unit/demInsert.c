@@ -299,6 +299,105 @@ static void test_velocity(void **state)
     dem_sdf_free(box);
 }
 
+/* ---- several sizes --------------------------------------------------------------------------- */
+
+/* Of two spheres of the cloud, how much nearer they are than touching, of that; every pair. */
+static double overlap_of(const cloud *c, const double lo[3], const double hi[3],
+                         const int periodic[3])
+{
+    double most = -INFINITY;
+    for (size_t i = 0; i < c->n; i++)
+        for (size_t j = 0; j < i; j++) {
+            double d2 = 0.;
+            for (int k = 0; k < 3; k++) {
+                double d = fabs(c->x[i][k] - c->x[j][k]);
+                if (periodic[k]) d = fmin(d, hi[k] - lo[k] - d);
+                d2 += d * d;
+            }
+            most = fmax(most, 1. - sqrt(d2) / (c->made.radius[i] + c->made.radius[j]));
+        }
+    return most;
+}
+
+/* Glass of a narrow distribution and steel of a wide one by mass, loose and dense: the fraction is
+ * that of the volumes there, to half a particle; shares hold; nobody overlaps. */
+static void test_mixture(void **state)
+{
+    (void)state;
+    const double lo[3] = {-.3, .2, 1.1}, hi[3] = {.5, .9, 1.8}, fraction[3] = {.07, .42, .51};
+    const dem_species species[2] = {
+        {0, {.kind = DEM_SIZE_NORMAL, .mean = .08, .deviation = .006, .lo = .06, .hi = .1}, 3.},
+        {1, {.kind = DEM_SIZE_UNIFORM, .by_mass = 1, .lo = .02, .hi = .1}, 2.}};
+    for (int f = 0; f < 3; f++)
+        for (int by_mass = 0; by_mass < 2; by_mass++) {
+            dem_sdf *box = dem_sdf_box(lo, hi, 1);
+            dem_insertion ins = random_in(box, lo, hi, 0., fraction[f], 5);
+            ins.n_species = 2;
+            ins.species = species;
+            ins.share_by_mass = by_mass;
+            const int *periodic = f == 1 ? ALWAYS : NEVER;
+            cloud c = create(&ins, lo, hi, periodic, NULL, NULL), again;
+            assert_string_equal(c.message, "");
+            double solid = 0., amount[2] = {0};
+            for (size_t i = 0; i < c.n; i++) {
+                const double r = c.made.radius[i], volume = 4. / 3. * PI * r * r * r;
+                solid += volume;
+                amount[c.made.material[i]] +=
+                    by_mass ? volume * MATERIAL[c.made.material[i]].density : 1.;
+                if (!periodic[0]) assert_true(dem_sdf_distance(box, c.x[i]) >= r);
+            }
+            assert_near(solid, fraction[f] * .8 * .7 * .7, PI / 12. * 1e-3);
+            /* by mass some ten large ones of steel decide */
+            assert_near(amount[0] / (amount[0] + amount[1]), .6, by_mass ? .12 : .04);
+            assert_true(overlap_of(&c, lo, hi, periodic) <= 0.);
+            again = create(&ins, lo, hi, periodic, NULL, NULL);
+            assert_memory_equal(c.x, again.x, c.n * sizeof *c.x);
+            assert_memory_equal(c.made.radius, again.made.radius, c.n * sizeof *c.made.radius);
+            cloud_free(&again);
+            cloud_free(&c);
+            dem_sdf_free(box);
+        }
+}
+
+/* Ninety large spheres and 12000 of a fifteenth of their size among them: with one grid for
+ * all of them the cells of the large ones would hold crowds. */
+static void test_sizes_apart(void **state)
+{
+    (void)state;
+    const double lo[3] = {0., 0., 0.}, hi[3] = {1., 1., 1.};
+    const dem_species species[2] = {{0, {.kind = DEM_SIZE_EQUAL, .mean = .2}, 90.},
+                                    {1, {.kind = DEM_SIZE_EQUAL, .mean = .0137}, 12000.}};
+    dem_sdf *box = dem_sdf_box(lo, hi, 1);
+    dem_insertion ins = random_in(box, lo, hi, 0., 0., 5);
+    ins.n_species = 2;
+    ins.species = species;
+    ins.number = 12090;
+    ins.velocity[0] = 1.3;
+    cloud c = create(&ins, lo, hi, ALWAYS, NULL, NULL);
+    assert_string_equal(c.message, "");
+    assert_int_equal(c.n, 12090);
+    size_t large = 0;
+    for (size_t i = 0; i < c.n; i++) large += c.made.material[i] == 0;
+    assert_in_range(large, 88, 92);
+    /* all pairs with a large one; the small ones among each other by a sample */
+    double most = -INFINITY;
+    for (size_t i = 0; i < c.n; i += i < large ? 1 : 97)
+        for (size_t j = 0; j < c.n; j++) {
+            if (j == i) continue;
+            double d2 = 0.;
+            for (int k = 0; k < 3; k++) {
+                double d = fabs(c.x[i][k] - c.x[j][k]);
+                d = fmin(d, 1. - d);
+                d2 += d * d;
+            }
+            most = fmax(most, 1. - sqrt(d2) / (c.made.radius[i] + c.made.radius[j]));
+        }
+    assert_true(most <= 0.);
+    assert_true(c.v[3][0] == 1.3);
+    cloud_free(&c);
+    dem_sdf_free(box);
+}
+
 /* ---- lattice and list ------------------------------------------------------------------------ */
 
 /* The bed of Goldschmidt, Beetstra & Kuipers, as the DPMFoam tutorial of OpenFOAM sets it up:
@@ -413,6 +512,30 @@ static void test_refused(void **state)
     refused(&ins, lo, hi, NEVER, "more than 1e9 particles");
     for (int k = 0; k < 3; k++) ins.spacing[k] = .2;
     refused(&ins, lo, (const double[3]){.5, 1., 1.}, NEVER, "lies outside the domain");
+    const dem_species wide = {0, {.kind = DEM_SIZE_UNIFORM, .lo = .03, .hi = .09}, 1.};
+    dem_species bad = wide;
+    ins = good;
+    ins.n_species = 1;
+    ins.species = &wide;
+    ins.solid_fraction = .73;
+    bad.size.lo = .08;
+    ins.species = &bad;
+    refused(&ins, lo, hi, NEVER, "of them could be placed without overlap");
+    ins.species = &wide;
+    ins.number = 20000;
+    refused(&ins, lo, hi, NEVER, "have more volume than the region");
+    ins.number = 3;
+    ins.kind = DEM_INSERT_LATTICE;
+    refused(&ins, lo, hi, NEVER, "only a random insertion");
+    ins.kind = DEM_INSERT_RANDOM;
+    ins.species = &bad;
+    bad.size.lo = .1;
+    refused(&ins, lo, hi, NEVER, "species 1: smallest diameter 0.1 m and largest 0.09 m");
+    bad.size.lo = .03;
+    bad.size.hi = 1.3;
+    refused(&ins, lo, hi, ALWAYS, "a particle of diameter 1.3 m touches itself");
+    bad.material = 2;
+    refused(&ins, lo, hi, NEVER, "species 1: material 2 is none of the 2");
     ins = good;
     ins.region = NULL;
     refused(&ins, lo, hi, NEVER, "no region");
@@ -427,7 +550,8 @@ int main(void)
         cmocka_unit_test(test_dense_is_random), cmocka_unit_test(test_reproducible),
         cmocka_unit_test(test_respects_others), cmocka_unit_test(test_velocity),
         cmocka_unit_test(test_lattice),         cmocka_unit_test(test_list),
-        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_refused),         cmocka_unit_test(test_mixture),
+        cmocka_unit_test(test_sizes_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
