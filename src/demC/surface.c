@@ -306,7 +306,7 @@ void surface_free(surface *s)
     free(s->touching_first);
     free(s->touching);
     free(s->node);
-    free(s->order);
+    free(s->dipole);
     free(s->root);
     free(s);
 }

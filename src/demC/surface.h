@@ -13,15 +13,19 @@
  * a crease, triangle t of another part as ACROSS - t. */
 enum { RIM = -1, ACROSS = -2 };
 
-/* Node of the tree of boxes: a leaf has `count` triangles order[first...], an inner node has its
- * children at `first` and first + 1. */
+/* Node of the tree of boxes: a leaf has `count` triangles from `first` on, an inner node has count
+ * 0 and its children at `first` and first + 1. */
 typedef struct surface_node {
     double lo[3], hi[3];
     uint32_t first, count;
+} surface_node;
+
+/* What a node looks like from far. */
+typedef struct surface_dipole {
     double area[3];   /* sum of the area vectors below */
     double centre[3]; /* of the areas */
     double radius;    /* about it, of all below */
-} surface_node;
+} surface_dipole;
 
 typedef struct surface {
     int inside, mended;
@@ -35,7 +39,7 @@ typedef struct surface {
     double (*own)[3];         /* [n_vertex], the same of its part; neither of unit length */
     unsigned char *on_crease; /* [n_vertex], an edge from it parts the surface */
 
-    size_t n; /* triangles, sorted by part */
+    size_t n; /* triangles, sorted by part, then by leaf of the tree */
     uint32_t (*vertex)[3];
     int32_t (*beyond)[3]; /* across the edge from corner k to k + 1: see above */
     double (*normal)[3];  /* unit, to the free side */
@@ -46,7 +50,8 @@ typedef struct surface {
     int *touching;          /* parts that share a crease with a part */
     surface_node *node;
     size_t n_node;
-    uint32_t *order, *root; /* [n]; [parts] */
+    surface_dipole *dipole;
+    uint32_t *root; /* [parts] */
 } surface;
 
 /**

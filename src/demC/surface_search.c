@@ -87,16 +87,19 @@ static void select_median(const surface *s, uint32_t *order, long n, long k, int
 }
 
 /* Box of a node's triangles and their dipole. */
-static void fill_node(const surface *s, surface_node *node, uint32_t first, uint32_t count)
+static void fill_node(surface *s, const uint32_t *order, uint32_t at, uint32_t first,
+                      uint32_t count)
 {
+    surface_node *node = &s->node[at];
+    surface_dipole *far = &s->dipole[at];
     double total = 0., sum[3] = {0, 0, 0};
-    memset(node->area, 0, sizeof node->area);
+    memset(far->area, 0, sizeof far->area);
     for (int k = 0; k < 3; k++) {
         node->lo[k] = INFINITY;
         node->hi[k] = -INFINITY;
     }
     for (uint32_t i = first; i < first + count; i++) {
-        const uint32_t *v = s->vertex[s->order[i]];
+        const uint32_t *v = s->vertex[order[i]];
         double a[3], b[3];
         minus(s->x[v[1]], s->x[v[0]], a);
         minus(s->x[v[2]], s->x[v[0]], b);
@@ -105,7 +108,7 @@ static void fill_node(const surface *s, surface_node *node, uint32_t first, uint
         const double area = .5 * sqrt(dot(n, n));
         total += area;
         for (int k = 0; k < 3; k++) {
-            node->area[k] += .5 * n[k];
+            far->area[k] += .5 * n[k];
             sum[k] += area * (s->x[v[0]][k] + s->x[v[1]][k] + s->x[v[2]][k]) / 3.;
             for (int c = 0; c < 3; c++) {
                 node->lo[k] = fmin(node->lo[k], s->x[v[c]][k]);
@@ -115,21 +118,23 @@ static void fill_node(const surface *s, surface_node *node, uint32_t first, uint
     }
     double reach2 = 0.;
     for (int k = 0; k < 3; k++) {
-        node->centre[k] = sum[k] / total;
-        const double r = fmax(node->hi[k] - node->centre[k], node->centre[k] - node->lo[k]);
+        far->centre[k] = sum[k] / total;
+        const double r = fmax(node->hi[k] - far->centre[k], far->centre[k] - node->lo[k]);
         reach2 += r * r;
     }
-    node->radius = sqrt(reach2);
+    far->radius = sqrt(reach2);
     node->first = first;
     node->count = count;
 }
 
-/* Build the tree of triangles order[first...first + count) below `root`. */
-static void build(surface *s, uint32_t root, uint32_t *used, size_t first, size_t count)
+/* Build the tree of triangles order[first...first + count) below `root`. A leaf has those that
+ * arrange() will put at `first` and after. */
+static void build(surface *s, uint32_t *order, uint32_t root, uint32_t *used, size_t first,
+                  size_t count)
 {
     uint32_t stack[STACK];
     int depth = 0;
-    fill_node(s, &s->node[root], (uint32_t)first, (uint32_t)count);
+    fill_node(s, order, root, (uint32_t)first, (uint32_t)count);
     stack[depth++] = root;
     while (depth > 0) {
         surface_node *node = &s->node[stack[--depth]];
@@ -138,40 +143,88 @@ static void build(surface *s, uint32_t root, uint32_t *used, size_t first, size_
         for (int k = 1; k < 3; k++)
             if (node->hi[k] - node->lo[k] > node->hi[axis] - node->lo[axis]) axis = k;
         const uint32_t half = node->count / 2, begin = node->first, n = node->count;
-        select_median(s, s->order + begin, n, half, axis);
+        select_median(s, order + begin, n, half, axis);
         node->first = *used;
         node->count = 0;
         *used += 2;
-        fill_node(s, &s->node[node->first], begin, half);
-        fill_node(s, &s->node[node->first + 1], begin + half, n - half);
+        fill_node(s, order, node->first, begin, half);
+        fill_node(s, order, node->first + 1, begin + half, n - half);
         stack[depth++] = node->first + 1;
         stack[depth++] = node->first;
     }
 }
 
+/* Give rows of `size` bytes the order row[i] = old row[from[i]]. */
+static int permute(void *rows, size_t n, size_t size, const uint32_t *from)
+{
+    char *old = malloc(n * size);
+    if (old == NULL) return -1;
+    memcpy(old, rows, n * size);
+    for (size_t i = 0; i < n; i++) memcpy((char *)rows + i * size, old + from[i] * size, size);
+    free(old);
+    return 0;
+}
+
+/* Put triangles and vertices in the order of the leaves: those that are near each other in space
+ * are so in memory, too. */
+static int arrange(surface *s, const uint32_t *order)
+{
+    uint32_t *to = malloc(s->n * sizeof *to), *vertex = malloc(s->n_vertex * sizeof *vertex),
+             *from = malloc(s->n_vertex * sizeof *from), n = 0;
+    int bad = !to || !vertex || !from;
+    bad = bad || permute(s->vertex, s->n, sizeof *s->vertex, order) ||
+          permute(s->beyond, s->n, sizeof *s->beyond, order) ||
+          permute(s->normal, s->n, sizeof *s->normal, order);
+    if (!bad) {
+        for (size_t i = 0; i < s->n; i++) to[order[i]] = (uint32_t)i;
+        memset(vertex, 0xff, s->n_vertex * sizeof *vertex);
+        for (size_t i = 0; i < 3 * s->n; i++) {
+            uint32_t *v = &s->vertex[i / 3][i % 3];
+            int32_t *u = &s->beyond[i / 3][i % 3];
+            if (vertex[*v] == UINT32_MAX) {
+                from[n] = *v;
+                vertex[*v] = n++;
+            }
+            *v = vertex[*v];
+            if (*u >= 0) *u = (int32_t)to[*u];
+            if (*u <= ACROSS) *u = ACROSS - (int32_t)to[ACROSS - *u];
+        }
+        bad = permute(s->x, n, sizeof *s->x, from) || permute(s->tip, n, sizeof *s->tip, from) ||
+              permute(s->own, n, sizeof *s->own, from) ||
+              permute(s->on_crease, n, sizeof *s->on_crease, from);
+    }
+    free(to);
+    free(vertex);
+    free(from);
+    return bad ? -1 : 0;
+}
+
 int surface_index(surface *s)
 {
-    uint32_t used = 0;
-    s->order = malloc(s->n * sizeof *s->order);
+    uint32_t used = 0, *order = malloc(s->n * sizeof *order);
     s->root = malloc((size_t)s->parts * sizeof *s->root);
     s->node = malloc(2 * s->n * sizeof *s->node);
-    if (!s->order || !s->root || !s->node) return -1;
-    for (size_t t = 0; t < s->n; t++) s->order[t] = (uint32_t)t;
-    for (int p = 0; p < s->parts; p++) {
-        s->root[p] = used++;
-        build(s, s->root[p], &used, s->first[p], s->first[p + 1] - s->first[p]);
+    s->dipole = malloc(2 * s->n * sizeof *s->dipole);
+    int bad = !order || !s->root || !s->node || !s->dipole;
+    if (!bad) {
+        for (size_t t = 0; t < s->n; t++) order[t] = (uint32_t)t;
+        for (int p = 0; p < s->parts; p++) {
+            s->root[p] = used++;
+            build(s, order, s->root[p], &used, s->first[p], s->first[p + 1] - s->first[p]);
+        }
+        s->n_node = used;
+        bad = arrange(s, order);
     }
-    surface_node *fitted = realloc(s->node, used * sizeof *fitted);
-    if (fitted != NULL) s->node = fitted;
-    s->n_node = used;
-    return 0;
+    free(order);
+    return bad ? -1 : 0;
 }
 
 size_t surface_memory(const surface *s)
 {
     return sizeof *s + s->n_vertex * (sizeof *s->x + 2 * sizeof *s->tip + 1) +
-           s->n * (sizeof *s->vertex + sizeof *s->beyond + sizeof *s->normal + sizeof *s->order) +
-           s->n_node * sizeof *s->node + (size_t)s->parts * (2 * sizeof *s->first + 4);
+           s->n * (sizeof *s->vertex + sizeof *s->beyond + sizeof *s->normal) +
+           s->n_node * (sizeof *s->node + sizeof *s->dipole) +
+           (size_t)s->parts * (2 * sizeof *s->first + 4);
 }
 
 /* ---- nearest point --------------------------------------------------------------------------- */
@@ -247,7 +300,7 @@ static int search(const surface *s, uint32_t root, const double x[3], surface_hi
         const surface_node *node = &s->node[stack[depth].node];
         for (uint32_t i = 0; i < node->count; i++) {
             surface_hit h;
-            nearest_of_triangle(s, s->order[node->first + i], x, &h);
+            nearest_of_triangle(s, node->first + i, x, &h);
             if (!(h.d2 < hit->d2)) continue;
             *hit = h;
             found = 1;
@@ -298,14 +351,15 @@ double surface_winding(const surface *s, const double x[3])
         stack[depth++] = s->root[p];
         while (depth > 0) {
             const surface_node *node = &s->node[stack[--depth]];
+            const surface_dipole *far = &s->dipole[stack[depth]];
             double d[3];
-            minus(node->centre, x, d);
+            minus(far->centre, x, d);
             const double d2 = dot(d, d);
-            if (d2 > FAR * FAR * node->radius * node->radius) {
-                sum += dot(node->area, d) / (d2 * sqrt(d2));
+            if (d2 > FAR * FAR * far->radius * far->radius) {
+                sum += dot(far->area, d) / (d2 * sqrt(d2));
             } else if (node->count > 0) {
                 for (uint32_t i = 0; i < node->count; i++)
-                    sum += solid_angle(s, s->order[node->first + i], x);
+                    sum += solid_angle(s, node->first + i, x);
             } else {
                 stack[depth++] = node->first + 1;
                 stack[depth++] = node->first;
