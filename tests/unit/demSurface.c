@@ -228,6 +228,83 @@ static void test_parts(void **state)
     body_free(&b);
 }
 
+/* Energy of a ball of radius r at x, stiffness 1, and the sum of its overlaps. */
+static double energy(const dem_sdf *s, const double x[3], double r, double *overlap)
+{
+    double sum = 0., g[3];
+    *overlap = 0.;
+    for (int p = 0; p < dem_sdf_parts(s); p++) {
+        const double phi = dem_sdf_eval(s, p, x, g);
+        if (!(phi < r)) continue;
+        sum += .5 * (r - phi) * (r - phi);
+        *overlap += r - phi;
+    }
+    return sum;
+}
+
+/* Parts come into view and go out of it where they do not touch: the energy of a ball that is led
+ * about the corners, edges and creases of a box on a plate, seen from either side, has no steps. */
+static void test_no_steps(void **state)
+{
+    (void)state;
+    const double r = .05, move = 1e-8;
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    body b = step_body();
+    for (int kind = 0; kind < 4; kind++) {
+        dem_sdf *s = stl_shape(&b, kind % 2);
+        char message[256];
+        if (kind > 1)
+            assert_int_equal(sdf_sample(s, .02, .09, NULL, NULL, message, sizeof message), DEM_OK);
+        int touched = 0, twice = 0;
+        double worst = 0.;
+        for (int q = 0; q < 40000; q++) {
+            double x[3], y[3], o1, o2, size = 0.;
+            /* near the crease and the edges of the box */
+            for (int k = 0; k < 3; k++) x[k] = 1.4 * (gsl_rng_uniform(rng) - .5);
+            x[2] = -.25 + .8 * gsl_rng_uniform(rng);
+            const double phi = dem_sdf_distance(s, x);
+            if (phi < .03 || phi > r) continue;
+            /* steps of all sizes, to cross borders, and a tiny one, to see what is there */
+            for (int k = 0; k < 3; k++) {
+                y[k] = x[k] + move * (2. * gsl_rng_uniform(rng) - 1.);
+                size += fabs(y[k] - x[k]);
+            }
+            const double change = energy(s, y, r, &o2) - energy(s, x, r, &o1);
+            touched++;
+            twice += o1 > 1.5 * (r - phi);
+            worst = fmax(worst, fabs(change) / (1.8 * size * fmax(o1, o2)));
+        }
+        /* bisect a way from each place to another one for the largest step of energy */
+        double largest = 0.;
+        for (int q = 0; q < 3000; q++) {
+            double a[3], c[3], oa, oc;
+            for (int k = 0; k < 3; k++) a[k] = 1.4 * (gsl_rng_uniform(rng) - .5);
+            for (int k = 0; k < 3; k++) c[k] = a[k] + .02 * (gsl_rng_uniform(rng) - .5);
+            if (dem_sdf_distance(s, a) < .03 || dem_sdf_distance(s, c) < .03) continue;
+            double ea = energy(s, a, r, &oa), ec = energy(s, c, r, &oc);
+            for (int i = 0; i < 30; i++) {
+                double m[3], om;
+                for (int k = 0; k < 3; k++) m[k] = .5 * (a[k] + c[k]);
+                if (dem_sdf_distance(s, m) < .03) break;
+                const double em = energy(s, m, r, &om);
+                const int left = fabs(em - ea) > fabs(ec - em);
+                memcpy(left ? c : a, m, sizeof m);
+                *(left ? &ec : &ea) = em;
+            }
+            if (fabs(a[0] - c[0]) < 1e-9) largest = fmax(largest, fabs(ea - ec));
+        }
+        report(kind > 1 ? "largest step of energy / (.02 r), sampled"
+                        : "largest step of energy / (.02 r)",
+               largest / (.02 * r), 0.);
+        assert_true(touched > 500 && twice > 3);
+        assert_true(worst < 1.);
+        assert_true(largest < 1e-9 * r);
+        dem_sdf_free(s);
+    }
+    gsl_rng_free(rng);
+    body_free(&b);
+}
+
 /* A wall thinner than a particle, between two rooms: the far room is not felt. */
 static void test_thin_wall(void **state)
 {
@@ -480,10 +557,10 @@ static void test_good_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nearest),    cmocka_unit_test(test_parts),
-        cmocka_unit_test(test_thin_wall),  cmocka_unit_test(test_refined),
-        cmocka_unit_test(test_mended),     cmocka_unit_test(test_bad_files),
-        cmocka_unit_test(test_good_files),
+        cmocka_unit_test(test_nearest),   cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_no_steps),  cmocka_unit_test(test_thin_wall),
+        cmocka_unit_test(test_refined),   cmocka_unit_test(test_mended),
+        cmocka_unit_test(test_bad_files), cmocka_unit_test(test_good_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
