@@ -95,7 +95,9 @@ static void put_wall(lines *l, const dem_param *param, const dem_wall *wall)
     start(l, wall->name);
     put(l, "of %s, %d face%s", param->material[wall->material].name, parts, parts == 1 ? "" : "s");
     dem_sdf_bounds(wall->shape, lo, hi);
-    if (isfinite(lo[0] + lo[1] + lo[2] + hi[0] + hi[1] + hi[2])) {
+    int bounded = 1; /* asked one by one: sums of infinities trap where felmiFoam runs */
+    for (int a = 0; a < 3; a++) bounded = bounded && isfinite(lo[a]) && isfinite(hi[a]);
+    if (bounded) {
         put(l, ", ");
         put_box(l, lo, hi);
     }

@@ -11,6 +11,7 @@
 #include "passiveParticleCloud.H"
 
 #include <cmath>
+#include <cstdlib>
 
 namespace Foam
 {
@@ -20,6 +21,18 @@ static scalar secondsElapsed()
 {
     static const clockValue start(true);
     return start.elapsed();
+}
+
+
+// A title and caseLib's lines under it, which are freed; nothing if there
+// are none
+static void printLines(const char* title, char* lines)
+{
+    if (lines && *lines)
+    {
+        Info<< title << ':' << nl << lines;
+    }
+    std::free(lines);
 }
 
 
@@ -43,8 +56,17 @@ void particlePhase::report() const
         << (cells_.box() ? "one block of equal cells" : "general") << nl
         << "Particles: " << label(particles.n) << nl
         << "    contact law "
-        << (dem_.param.law == DEM_HERTZ ? "hertz" : "linear") << nl
-        << "Limits of the DEM time step (s):" << nl
+        << (dem_.param.law == DEM_HERTZ ? "hertz" : "linear") << nl;
+    printLines("Walls", case_describe_walls(&dem_, "    "));
+    printLines("Feeders", case_describe_feeders(&dem_, "    "));
+    printLines("Outlets", case_describe_outlets(&dem_, "    "));
+    printLines
+    (
+        "Limits of the DEM time step by pairs of materials",
+        case_describe_limits(&dem_, phase_engine(phase_), "    ")
+    );
+
+    Info<< "Limits of the DEM time step (s):" << nl
         << "    contact " << limits.contact << ", Rayleigh " << limits.rayleigh
         << " (not imposed), user " << limits.user << nl
         << "    flow time step " << deltaT << " = "

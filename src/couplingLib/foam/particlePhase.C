@@ -223,6 +223,7 @@ particlePhase::particlePhase
     phase_(nullptr),
     rho_(rho.value())
 {
+    const ieeeArithmetic noTraps;
     readCase(g);
 
     const fileName ledger(mesh.time().path()/"postProcessing"/"ledger");
@@ -235,7 +236,6 @@ particlePhase::particlePhase
     param.mu = rho_*nu;
     param.ledger = ledger.c_str();
 
-    const ieeeArithmetic noTraps;
     check(phase_new(comm, &param, &phase_));
     dem_set_time(phase_engine(phase_), mesh.time().value());
 }
