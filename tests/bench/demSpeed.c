@@ -44,7 +44,7 @@ static dem_sim *make_box(void)
 {
     dem_param p = dem_param_default();
     dem_material glass = {.name = "glass", .density = density};
-    dem_pair pair = {e, mu, k, 1};
+    dem_pair pair = {.restitution = e, .friction = mu, .stiffness = k, .stiffness_ratio = 1};
     dem_wall floor = {.name = "floor",
                       .shape =
                           dem_sdf_plane((const double[3]){0, 0, 0}, (const double[3]){0, 0, 1})};
