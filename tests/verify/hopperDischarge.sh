@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# The silo as the tutorial runs it, the widest orifice only: a wall that moves, an outlet, and the rate
-# of discharge within 10 % of Beverloo's law, the mass that has left on a straight line.
+# The silo as the tutorial runs it, the widest orifice only: a wall that moves, an outlet, and the
+# rate of discharge within 10 % of Beverloo's law, the mass that has left on a straight line.
 set -e
 here=$(cd "$(dirname "$0")/../.." && pwd)
 export FELMI_DIR=$here FELMI_BUILD=$1

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# The feed of a mill as the tutorial runs it: rate, balance to rounding, sizes by mass, shares of two
-# species, a trough that vibrates and conveys, an outlet.
+# The feed of a mill as the tutorial runs it: rate, balance to rounding, sizes by mass, shares of
+# two species, a trough that vibrates and conveys, an outlet.
 set -e
 here=$(cd "$(dirname "$0")/../.." && pwd)
 export FELMI_DIR=$here FELMI_BUILD=$1

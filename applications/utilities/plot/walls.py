@@ -2,8 +2,8 @@
 """Sections of walls of triangles, where the walls are at the time of a picture.
 
 The surface comes from an STL file, ASCII or binary. A wall that moves is placed by the row of
-<case>/postProcessing/wallForces.csv nearest to the time: x = place + R(turn) x_start, R by Rodrigues'
-formula.
+<case>/postProcessing/wallForces.csv nearest to the time: x = place + R(turn) x_start, R by
+Rodrigues' formula.
 """
 import os
 import sys
