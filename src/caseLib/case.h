@@ -105,12 +105,18 @@ void case_known(const case_dict *dict, const char *const *known, case_errors *er
 /* ---- a case ---------------------------------------------------------------------------------- */
 
 /* system/controlDict */
+typedef enum case_start { CASE_START_TIME, CASE_FIRST_TIME, CASE_LATEST_TIME } case_start;
 typedef struct case_control {
+    case_start start_from;
     double start_time, end_time, delta_t, write_interval;
     int adjust_time_step;
     double max_co, max_delta_t;
-    int time_precision;  /* of the names of time directories */
-    int write_precision; /* digits of numbers in fields */
+    int time_precision;      /* of the names of time directories */
+    int write_precision;     /* digits of numbers in fields */
+    int restart_write;       /* nonzero: write restart files, */
+    double restart_interval; /* s, > 0, */
+    int restart_keep;        /* so many of them, 0: all */
+    char restart[CASE_NAME]; /* file in <directory>/restart to go on from, or "" */
 } case_control;
 /* Notes what OpenFOAM knows and the C programs do not follow: purgeWrite, binary fields. */
 void case_read_control(const char *directory, case_control *control, case_errors *errors);
@@ -120,6 +126,14 @@ double case_start_time(const case_dict *dict, const char *directory, case_errors
  * start_time. The rest as if output were wanted at the end alone. */
 void case_control_of(const case_dict *dict, double start_time, case_control *control,
                      case_errors *errors);
+/* Where a run that can go on from a restart file starts: finds control->restart, and start_time is
+ * then its time. */
+void case_find_restart(const char *directory, case_control *control);
+/* The latest file in <directory>/restart up to the time `most`, s: its time, or NAN. */
+double case_restart_latest(const char *directory, double most, char name[CASE_NAME]);
+/* Move restart files that are not of the run that starts now to <directory>/restart.old: how many,
+ * or -1 (errno). */
+int case_set_restarts_aside(const char *directory, const case_control *control);
 /* Name of a time directory as OpenFOAM writes it, with more digits where it would be off by more
  * than `apart`, so that two times do not share a name. */
 void case_time_name(const case_control *control, double time, double apart, char *name,

@@ -69,12 +69,26 @@ static double time_directory(const char *directory, int latest)
     return isfinite(found) ? found : 0;
 }
 
+/* latestTime is OpenFOAM's default. */
+static case_start start_from(const case_dict *dict, case_errors *errors)
+{
+    static const char *const from[] = {[CASE_START_TIME] = "startTime",
+                                       [CASE_FIRST_TIME] = "firstTime",
+                                       [CASE_LATEST_TIME] = "latestTime",
+                                       NULL};
+    return (case_start)case_choice(dict, "startFrom", from, CASE_LATEST_TIME, errors);
+}
+
+static double start_time_of(const case_dict *dict, const char *directory, case_start from,
+                            case_errors *errors)
+{
+    if (from == CASE_START_TIME) return read_number(dict, "startTime", "s", NULL, case_any, errors);
+    return time_directory(directory, from == CASE_LATEST_TIME);
+}
+
 double case_start_time(const case_dict *dict, const char *directory, case_errors *errors)
 {
-    static const char *const from[] = {"startTime", "firstTime", "latestTime", NULL};
-    int choice = case_choice(dict, "startFrom", from, 2, errors); /* OpenFOAM's default */
-    if (choice == 0) return read_number(dict, "startTime", "s", NULL, case_any, errors);
-    return time_directory(directory, choice == 2);
+    return start_time_of(dict, directory, start_from(dict, errors), errors);
 }
 
 /* s; NAN in error */
@@ -92,6 +106,21 @@ static double read_interval(const case_dict *dict, const case_control *control, 
                   "adjustableRunTime, runTime");
     return (double)case_integer(dict, "writeInterval", NULL, 1, 1000000000, errors) *
            control->delta_t;
+}
+
+static void read_restart(const case_dict *dict, case_control *control, case_errors *errors)
+{
+    static const char *const known[] = {"write", "interval", "keep", NULL};
+    const case_dict *sub = case_sub(dict, "restart", 0, errors);
+    control->restart_write = 1;
+    control->restart_interval = control->write_interval;
+    control->restart_keep = 2; /* the newest, and one to go back to */
+    if (!sub) return;
+    case_known(sub, known, errors);
+    control->restart_write = case_bool(sub, "write", &(int){1}, errors);
+    control->restart_interval =
+        read_number(sub, "interval", "s", &control->write_interval, case_positive, errors);
+    control->restart_keep = (int)case_integer(sub, "keep", &(long){2}, 0, 1000000000, errors);
 }
 
 /* What is right in OpenFOAM but not followed here is said, not passed over. */
@@ -138,36 +167,22 @@ void case_control_of(const case_dict *dict, double start_time, case_control *con
 
 void case_read_control(const char *directory, case_control *control, case_errors *errors)
 {
-    static const char *const known[] = {"application",
-                                        "startFrom",
-                                        "startTime",
-                                        "stopAt",
-                                        "endTime",
-                                        "deltaT",
-                                        "writeControl",
-                                        "writeInterval",
-                                        "writeFormat",
-                                        "writePrecision",
-                                        "timeFormat",
-                                        "writeCompression",
-                                        "timePrecision",
-                                        "adjustTimeStep",
-                                        "maxCo",
-                                        "maxDeltaT",
-                                        "purgeWrite",
-                                        "functions",
-                                        "libs",
-                                        "runTimeModifiable",
-                                        "graphFormat",
-                                        "FoamFile",
-                                        NULL};
+    static const char *const known[] = {
+        "application",       "startFrom",      "startTime",    "stopAt",
+        "endTime",           "deltaT",         "writeControl", "writeInterval",
+        "writeFormat",       "writePrecision", "timeFormat",   "writeCompression",
+        "timePrecision",     "adjustTimeStep", "maxCo",        "maxDeltaT",
+        "purgeWrite",        "restart",        "functions",    "libs",
+        "runTimeModifiable", "graphFormat",    "FoamFile",     NULL};
     static const char *const stop[] = {"endTime", NULL};
     *control = (case_control){.end_time = NAN, .delta_t = NAN, .write_interval = NAN};
     case_dict *dict = case_read_file(directory, "system/controlDict", errors);
     if (!dict) return;
     suspect_keys(dict, known, errors);
     case_choice(dict, "stopAt", stop, 0, errors);
-    case_control_of(dict, case_start_time(dict, directory, errors), control, errors);
+    const case_start from = start_from(dict, errors);
+    case_control_of(dict, start_time_of(dict, directory, from, errors), control, errors);
+    control->start_from = from;
     control->adjust_time_step = case_bool(dict, "adjustTimeStep", &(int){0}, errors);
     control->write_interval = read_interval(dict, control, errors);
     control->max_co = read_number(dict, "maxCo", "", &(double){1}, case_positive, errors);
@@ -176,6 +191,7 @@ void case_read_control(const char *directory, case_control *control, case_errors
     control->time_precision = (int)case_integer(dict, "timePrecision", &(long){6}, 1, 17, errors);
     control->write_precision =
         (int)case_integer(dict, "writePrecision", &(long){WRITE_PRECISION}, 1, 17, errors);
+    read_restart(dict, control, errors);
     note_ignored(dict, errors);
     case_dict_free(dict);
 }

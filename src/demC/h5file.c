@@ -122,6 +122,10 @@ void h5file_create(h5file *f, size_t bytes, hsize_t head)
     const hid_t creation = h5file_check(f, H5Pcreate(H5P_FILE_CREATE), "create");
     /* Closing the file closes whatever a failure left open in it. */
     h5file_check(f, H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "create");
+    /* Nothing in the file is left to chance: older formats have rooms for names that show what was
+     * in memory before. Nor is there a time of day: the same state makes the same file. */
+    h5file_check(f, H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18), "create");
+    h5file_check(f, H5Pset_obj_track_times(creation, 0), "create");
     if (head > 0) h5file_check(f, H5Pset_userblock(creation, head), "create");
     f->transfer = h5file_check(f, H5Pcreate(H5P_DATASET_XFER), "create");
     if (f->ranks > 1) {
@@ -133,6 +137,17 @@ void h5file_create(h5file *f, size_t bytes, hsize_t head)
     f->file = h5file_check(f, H5Fcreate(f->part, H5F_ACC_TRUNC, creation, access), "create");
     H5Pclose(creation);
     H5Pclose(access);
+}
+
+hid_t h5file_group(h5file *f, const char *name)
+{
+    const hid_t creation = h5file_check(f, H5Pcreate(H5P_GROUP_CREATE), name);
+    h5file_check(f, H5Pset_obj_track_times(creation, 0), name);
+    h5file_check(f, H5Pset_link_phase_change(creation, 1000, 1000), name); /* one small list */
+    const hid_t group =
+        h5file_check(f, H5Gcreate2(f->file, name, H5P_DEFAULT, creation, H5P_DEFAULT), name);
+    H5Pclose(creation);
+    return group;
 }
 
 void h5file_put_attribute(h5file *f, hid_t where, const char *name, hid_t type, hid_t space,
@@ -176,7 +191,6 @@ void h5file_put_rows(h5file *f, hid_t group, const char *name, h5rows rows, int 
     const hsize_t start[2] = {rows.first, 0};
     const hid_t file_space = h5file_check(f, H5Screate_simple(rank, all, NULL), name);
     const hid_t memory_space = h5file_check(f, H5Screate_simple(rank, here, NULL), name);
-    /* The same state makes the same file: no time of day in it. */
     const hid_t creation = h5file_check(f, H5Pcreate(H5P_DATASET_CREATE), name);
     h5file_check(f, H5Pset_obj_track_times(creation, 0), name);
     const hid_t set = h5file_check(
@@ -221,7 +235,9 @@ unsigned char *h5file_image(h5file *f, size_t *size)
     void **image = NULL;
     hsize_t bytes = 0;
     if (f->failed || f->file < 0) return NULL;
-    h5file_check(f, H5Fflush(f->file, H5F_SCOPE_GLOBAL), "write");
+    /* Once: who has looked at the bytes means those, and HDF5 may tidy up each time. */
+    if (!f->flushed) h5file_check(f, H5Fflush(f->file, H5F_SCOPE_GLOBAL), "write");
+    f->flushed = 1;
     h5file_check(f, H5Fget_filesize(f->file, &bytes), "write");
     h5file_check(f, H5Fget_vfd_handle(f->file, H5P_DEFAULT, (void **)&image), "write");
     *size = (size_t)bytes;

@@ -22,6 +22,7 @@ typedef struct h5file {
     size_t size;
     char path[PATH_MAX], part[PATH_MAX]; /* of the file, and while it is made */
     hid_t file, transfer;                /* negative: none */
+    int flushed;                         /* HDF5 is done with its bytes */
     H5E_auto2_t printer;
     void *context;
 } h5file;
@@ -50,6 +51,8 @@ h5rows h5file_rows(const h5file *f, size_t n);
 /* Create the file under its temporary name, of about `bytes` bytes, with `head` bytes (0, or a
  * power of two from 512 on) before those of HDF5. */
 void h5file_create(h5file *f, size_t bytes, hsize_t head);
+/* A new group, to be closed. */
+hid_t h5file_group(h5file *f, const char *name);
 void h5file_put_attribute(h5file *f, hid_t where, const char *name, hid_t type, hid_t space,
                           const void *value);
 void h5file_put_scalar(h5file *f, hid_t where, const char *name, hid_t type, const void *value);

@@ -189,7 +189,7 @@ static void save_model(restart_job *job)
     char(*name)[DEM_NAME] = calloc(n + 1, sizeof *name);
     double *density = calloc(n + 1, sizeof *density);
     for (size_t k = 0; k < n && name && density; k++) {
-        memcpy(name[k], sim->material[k].name, DEM_NAME);
+        snprintf(name[k], sizeof *name, "%s", sim->material[k].name);
         density[k] = sim->material[k].density;
     }
     if (!name || !density) h5file_fail(&job->file->f, "write", "out of memory");
@@ -270,6 +270,11 @@ static void load_kept(restart_job *job)
     }
 }
 
+static int kept_by_name(const void *a, const void *b)
+{
+    return strcmp(((const kept_numbers *)a)->name, ((const kept_numbers *)b)->name);
+}
+
 dem_status dem_keep(dem_sim *sim, const char *name, size_t n, const double *value)
 {
     if (!name[0] || strlen(name) >= DEM_NAME || strchr(name, '/'))
@@ -291,6 +296,7 @@ dem_status dem_keep(dem_sim *sim, const char *name, size_t n, const double *valu
     snprintf(more[at].name, sizeof more[at].name, "%s", name);
     more[at].n = n;
     more[at].value = copy;
+    qsort(more, sim->n_kept, sizeof *more, kept_by_name); /* as they come from a file */
     return DEM_OK;
 }
 
@@ -382,9 +388,7 @@ static dem_status settle(restart_job *job)
     restart_get_records(job, SCALAR, LENGTH(SCALAR), sim, sizeof *sim, 1, NULL);
     if (job->file->f.failed) return DEM_IO;
     walls_move(&sim->walls, sim->time, 0);
-    const int listed = sim->list.valid && job->n > 0;
-    sim->list.valid = 0;
-    if (listed) status = restart_list_again(job);
+    status = restart_list_again(job);
     if (status) return status;
     particles_publish(&sim->particles, sim->lo, sim->hi, sim->periodic);
     report_sums(sim);
@@ -404,6 +408,8 @@ dem_status restart_read(dem_sim *sim, const char *path)
     restart_file file;
     restart_job job = {.sim = sim, .file = &file};
     size_t one = 1;
+    char note[sizeof sim->message]; /* what the making of walls had to say */
+    memcpy(note, sim->message, sizeof note);
     dem_status status = restart_open(&file, sim->comm, path, sim->message, sizeof sim->message);
     /* As finely as they were: forces depend on the samples. */
     const double *sampled = restart_get(&file, "walls/sampled", RESTART_REAL, 2, &one);
@@ -416,5 +422,6 @@ dem_status restart_read(dem_sim *sim, const char *path)
     }
     if (!status && file.f.failed) status = DEM_IO;
     restart_close(&file);
+    if (!status && !sim->message[0]) memcpy(sim->message, note, sizeof note);
     return status;
 }

@@ -82,7 +82,7 @@ void restart_put(restart_file *r, const char *set, restart_kind kind, h5rows row
     *slash = '\0';
     const hid_t where = H5Lexists(f->file, group, H5P_DEFAULT) > 0
                             ? H5Gopen2(f->file, group, H5P_DEFAULT)
-                            : H5Gcreate2(f->file, group, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+                            : h5file_group(f, group);
     if (h5file_check(f, where, set) < 0) return;
     const hid_t memory = memory_type(kind), file = file_type(kind);
     h5file_put_rows(f, where, slash + 1, rows, width, memory, file, data, units);

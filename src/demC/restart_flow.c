@@ -11,6 +11,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,7 +53,7 @@ static void put_names(restart_job *job, const char *set, const void *first, size
 {
     char(*name)[DEM_NAME] = calloc(n + 1, sizeof *name);
     for (size_t k = 0; k < n && name; k++)
-        memcpy(name[k], (const char *)first + k * stride, DEM_NAME);
+        snprintf(name[k], sizeof *name, "%s", (const char *)first + k * stride);
     if (name)
         restart_put_here(job, set, RESTART_TEXT, n, 1, name, "-");
     else

@@ -11,6 +11,7 @@
 #include "restart.h"
 
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -147,7 +148,7 @@ static void save_wall_list(restart_job *job)
     int64_t *parts = calloc(w->n + 1, sizeof *parts);
     double(*load)[6] = calloc(w->n + 1, sizeof *load);
     for (size_t k = 0; k < w->n && name && parts && load; k++) {
-        memcpy(name[k], w->wall[k].name, sizeof *name);
+        snprintf(name[k], sizeof *name, "%s", w->wall[k].name);
         parts[k] = dem_sdf_parts(w->wall[k].shape);
         memcpy(load[k], w->body[k].mean, sizeof *load);
     }

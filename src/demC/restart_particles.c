@@ -69,6 +69,39 @@ static double *load_column(restart_job *job, const column *c, int to_store)
     return data;
 }
 
+/* Without a list the order in the store follows from nothing else; snapshots have it. */
+static void save_places(restart_job *job)
+{
+    int64_t *place = malloc((job->n + 1) * sizeof *place);
+    for (size_t k = 0; k < job->n && place; k++) place[k] = job->row[k];
+    if (place)
+        restart_put_here(job, "particles/place", RESTART_WHOLE, job->n, 1, place, "-");
+    else
+        h5file_fail(&job->file->f, "particles/place", "out of memory");
+    free(place);
+}
+
+/* Put the particles, in the order of ids so far, where they were. */
+static dem_status take_places(restart_job *job)
+{
+    const int64_t *place = restart_get(job->file, "particles/place", RESTART_WHOLE, 1, &job->n);
+    uint32_t *order = restart_room(job, job->n * sizeof *order);
+    uint32_t *there = restart_room(job, job->n * sizeof *there);
+    if (!place || !order || !there) return DEM_IO;
+    for (size_t k = 0; k < job->n; k++) order[k] = UINT32_MAX;
+    for (size_t k = 0; k < job->n; k++) {
+        const uint64_t to = (uint64_t)place[k];
+        if (to >= job->n || order[to] != UINT32_MAX)
+            return restart_refuse(job->file, "particle %lld is at place %lld of %zu",
+                                  (long long)job->id[k], (long long)place[k], job->n);
+        order[to] = (uint32_t)k;
+        there[k] = (uint32_t)to;
+    }
+    contacts_renumber(&job->sim->contacts, there);
+    walls_renumber(&job->sim->walls, there);
+    return particles_permute(&job->sim->particles, order) ? no_memory(job->sim) : DEM_OK;
+}
+
 void restart_save_particles(restart_job *job)
 {
     const particles *p = &job->sim->particles;
@@ -85,7 +118,10 @@ void restart_save_particles(restart_job *job)
     save_column(job, &RADIUS);
     save_column(job, &MASS);
     save_column(job, &POSITION);
-    if (job->sim->list.valid) save_column(job, &BUILT);
+    if (job->sim->list.valid)
+        save_column(job, &BUILT);
+    else
+        save_places(job);
     if (job->sim->outside) save_column(job, &OUTSIDE);
     for (size_t c = 0; c < LENGTH(COLUMN); c++) save_column(job, &COLUMN[c]);
 }
@@ -189,6 +225,11 @@ dem_status restart_list_again(restart_job *job)
     dem_sim *sim = job->sim;
     particles *p = &sim->particles;
     neighbour *list = &sim->list;
+    if (!job->n) {
+        list->valid = 0;
+        return DEM_OK;
+    }
+    if (!list->valid) return take_places(job);
     double *built = load_column(job, &BUILT, 0), *now = load_column(job, &POSITION, 0);
     if (!built || !now) return DEM_IO;
     const double moved = list->moved;

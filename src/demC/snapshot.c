@@ -88,9 +88,7 @@ static void write_file(writer *w)
     /* Rows of all datasets (id, four vectors, two scalars, material), and the rest of the file. */
     h5file_create(f, (size_t)w->rows.total * (8 + 4 * 24 + 2 * 8 + 4) + 65536, 0);
     if (h5file_agree(f)) {
-        w->group =
-            h5file_check(f, H5Gcreate2(f->file, "particles", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                         "particles");
+        w->group = h5file_group(f, "particles");
         h5file_put_scalar(f, f->file, "time", H5T_NATIVE_DOUBLE, &w->time);
         h5file_put_scalar(f, f->file, "version", H5T_NATIVE_INT, &version);
         h5file_put_text(f, f->file, "creator", "felmiFoam");

@@ -335,8 +335,7 @@ static void test_missing(void **state)
         sign("bad.h5", 1);
         char reason[200];
         snprintf(reason, sizeof reason, "dataset %s is missing", all.name[k]);
-        /* A column that was not attached is not missed, and what a list that holds needs not
-         * where it does not. */
+        /* A column that was not attached is not missed. */
         if (strncmp(all.name[k], "columns/", 8) == 0)
             optional++;
         else

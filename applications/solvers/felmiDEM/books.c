@@ -70,7 +70,19 @@ static void head_balance(FILE *energy, FILE *angular)
           angular);
 }
 
-books *books_new(const char *directory, const dem_sim *sim, int balance)
+/* 0, or -1 with the reason on stderr. */
+static int begin(books *b, const char *directory, double from)
+{
+    return (b->mass != NULL && rows_begin(b->mass, directory, "massBalance.csv", from) != 0) ||
+                   (b->energy != NULL &&
+                    rows_begin(b->energy, directory, "energy.csv", from) != 0) ||
+                   (b->angular != NULL &&
+                    rows_begin(b->angular, directory, "angularMomentum.csv", from) != 0)
+               ? -1
+               : 0;
+}
+
+books *books_new(const char *directory, dem_sim *sim, int balance, double from)
 {
     const int mass = dem_feeders(sim) + dem_outlets(sim) > 0;
     books *b = calloc(1, sizeof *b);
@@ -78,16 +90,24 @@ books *books_new(const char *directory, const dem_sim *sim, int balance)
         message_stop("felmiDEM", "out of memory");
         return NULL;
     }
-    if (mass) b->mass = record_open(directory, "massBalance.csv");
-    if (balance) b->energy = record_open(directory, "energy.csv");
-    if (balance) b->angular = record_open(directory, "angularMomentum.csv");
+    if (mass) b->mass = rows_open(directory, "massBalance.csv");
+    if (balance) b->energy = rows_open(directory, "energy.csv");
+    if (balance) b->angular = rows_open(directory, "angularMomentum.csv");
     if ((mass && b->mass == NULL) || (balance && (b->energy == NULL || b->angular == NULL))) {
         books_free(b);
         return NULL;
     }
-    b->mass_at_start = mass_in_domain(sim);
+    /* The start is that of the first run: a restart file brings its mass along. */
+    if (dem_kept(sim, "massAtStart", 1, &b->mass_at_start) == 0) {
+        b->mass_at_start = mass_in_domain(sim);
+        dem_keep(sim, "massAtStart", 1, &b->mass_at_start);
+    }
     if (mass) head_mass(b->mass, sim);
     if (balance) head_balance(b->energy, b->angular);
+    if (begin(b, directory, from) != 0) {
+        books_free(b);
+        return NULL;
+    }
     return b;
 }
 

@@ -5,7 +5,10 @@
  * Reads the case that felmiFoam and felmiMAC read (system/controlDict, constant/demProperties,
  * constant/g). The domain is that of demProperties, or the box of blockMeshDict when there is
  * one. deltaT is the interval of the log and the time series; the engine divides it into equal
- * sub-steps of its own. deltaT is shortened so that output falls on whole steps.
+ * sub-steps of its own. deltaT is shortened so that output falls on whole steps (plan.c).
+ *
+ * A run goes on from <case>/restart/<time>.h5 where startFrom finds one, to the last bit as if it
+ * had not been interrupted, if the case has not been changed.
  *
  * References: as in dem.h.
  */
@@ -15,10 +18,12 @@
 #include "message.h"
 #include "progress.h"
 
+#include <errno.h>
 #include <math.h>
 #include <mpi.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const char PROGRAM[] = "felmiDEM";
 static const char HELP[] =
@@ -28,26 +33,26 @@ static const char HELP[] =
     "  -help        this text\n"
     "  -version     version number\n\n"
     "reads    system/controlDict, constant/demProperties, constant/g;\n"
-    "         system/blockMeshDict if there is one, for the domain\n"
+    "         system/blockMeshDict if there is one, for the domain;\n"
+    "         restart/<time>.h5 if startFrom finds one to go on from\n"
     "writes   dem/<time>.h5 and dem/particles.xmf (open it in ParaView),\n"
     "         postProcessing/particles.csv, wallForces.csv; with feeders or\n"
     "         outlets massBalance.csv; with balance energy.csv and\n"
-    "         angularMomentum.csv\n";
+    "         angularMomentum.csv;\n"
+    "         restart/<time>.h5\n";
 
 /* Everything of one run. */
 typedef struct run {
     const char *directory;
     case_control control;
     case_dem dem;
-    int steps_per_output;
-    long steps;     /* in all; output at every steps_per_output and at the end */
-    double delta_t; /* as shortened */
+    plan plan;
     dem_sim *sim;
     int owned; /* the simulation has the walls' shapes */
     record *record;
     books *books;
     progress progress;
-    char snapshots[4096];
+    char snapshots[4096], restarts[4096];
     double began; /* wall clock, s */
 } run;
 
@@ -62,6 +67,7 @@ static int read_case(run *r)
     case_mesh mesh;
     double gravity[3];
     case_read_control(r->directory, &r->control, errors);
+    if (case_errors_count(errors) == 0) case_find_restart(r->directory, &r->control);
     if (meshed) case_read_mesh(r->directory, &mesh, errors);
     case_read_gravity(r->directory, gravity, errors);
     case_dict *dict = case_read_file(r->directory, "constant/demProperties", errors);
@@ -77,31 +83,27 @@ static int read_case(run *r)
     return count > 0;
 }
 
-/* ---- time ------------------------------------------------------------------------------------ */
+/* ---- output ---------------------------------------------------------------------------------- */
 
-/* Whole steps between outputs, and as many as reach the end time or pass it by less than one. */
-static void plan_steps(run *r)
+static void name_time(const run *r, char name[32])
 {
-    const case_control *c = &r->control;
-    const double span = c->end_time - c->start_time;
-    const double interval = fmin(c->write_interval, span);
-    r->steps_per_output = (int)fmin(ceil(interval / c->delta_t * (1. - 1e-9)), 1e9);
-    r->delta_t = interval / r->steps_per_output;
-    r->steps = (long)ceil(span / r->delta_t * (1. - 1e-9));
-}
-
-/* The last step ends at the end time, whatever the interval of output. */
-static double time_at(const run *r, long step)
-{
-    return step >= r->steps ? r->control.end_time
-                            : r->control.start_time + (double)step * r->delta_t;
+    case_time_name(&r->control, dem_time(r->sim), .01 * r->plan.delta_t, name, 32);
 }
 
 static int write_snapshot(run *r)
 {
     char name[32];
-    case_time_name(&r->control, dem_time(r->sim), .01 * r->delta_t, name, sizeof name);
+    name_time(r, name);
     if (dem_write_snapshot(r->sim, r->snapshots, name) == DEM_OK) return 0;
+    message_stop(PROGRAM, "%s", dem_message(r->sim));
+    return 1;
+}
+
+static int write_restart(run *r)
+{
+    char name[32];
+    name_time(r, name);
+    if (dem_write_restart(r->sim, r->restarts, name, r->control.restart_keep) == DEM_OK) return 0;
     message_stop(PROGRAM, "%s", dem_message(r->sim));
     return 1;
 }
@@ -129,7 +131,8 @@ static void print_step(const run *r, long step, double seconds)
 {
     const dem_report report = dem_last_report(r->sim);
     const double elapsed = MPI_Wtime() - r->began;
-    const long left = lrint(elapsed / (double)step * (double)(r->steps - step));
+    const long done = step - r->plan.first;
+    const long left = lrint(elapsed / (double)done * (double)(r->plan.steps - step));
     printf("Time = %.*g s  particles %lld", r->control.time_precision + 2, dem_time(r->sim),
            (long long)report.particles);
     print_traffic(r->sim);
@@ -143,38 +146,94 @@ static void print_step(const run *r, long step, double seconds)
 
 /* ---- the run --------------------------------------------------------------------------------- */
 
-static int start(run *r)
+/* What a user can do about a restart file that is refused. */
+static void tell_older(const run *r)
 {
-    start_case(&r->dem, &r->control);
+    char name[CASE_NAME];
+    const double before = nextafter(r->control.start_time, -INFINITY);
+    const double time = case_restart_latest(r->directory, before, name);
+    if (isnan(time))
+        message_stop(PROGRAM, "there is no older restart file; 'startFrom startTime' begins anew");
+    else
+        message_stop(PROGRAM,
+                     "to go on from restart/%s instead: 'startFrom startTime; startTime %.12g;'",
+                     name, time);
+}
+
+static int make_engine(run *r)
+{
+    char path[sizeof r->restarts + CASE_NAME];
+    const int again = r->control.restart[0] != '\0';
+    snprintf(path, sizeof path, "%s/%s", r->restarts, r->control.restart);
+    r->dem.param.restart = again ? path : NULL;
     progress_follow(&r->progress, &r->dem.param);
     if (dem_new(MPI_COMM_WORLD, &r->dem.param, &r->sim) != DEM_OK) {
         message_stop(PROGRAM, "%s", r->sim ? dem_message(r->sim) : "out of memory");
+        if (again) tell_older(r);
         return 1;
     }
     r->owned = 1;
     if (*dem_message(r->sim) != '\0') printf("\n%s\n", dem_message(r->sim));
-    dem_set_time(r->sim, r->control.start_time);
-    printf("\nCreated %zu particles\n", dem_particles(r->sim).n);
-    plan_steps(r);
-    start_time_step(&r->dem, r->sim, r->delta_t);
+    if (!again) dem_set_time(r->sim, r->control.start_time);
+    if (again)
+        printf("\nGo on from restart/%s, time %.12g s, with %zu particles\n", r->control.restart,
+               dem_time(r->sim), dem_particles(r->sim).n);
+    else
+        printf("\nCreated %zu particles\n", dem_particles(r->sim).n);
+    return 0;
+}
+
+/* Files that the next restart must not take for those of this run. */
+static int set_aside(run *r)
+{
+    const int moved = case_set_restarts_aside(r->directory, &r->control);
+    if (moved < 0)
+        message_stop(PROGRAM, "cannot move restart files of an earlier run to %s.old: %s",
+                     r->restarts, strerror(errno));
+    else if (moved > 0)
+        printf("Moved %d restart file%s of an earlier run to restart.old\n", moved,
+               moved == 1 ? "" : "s");
+    return moved < 0;
+}
+
+static int start(run *r)
+{
+    const int again = r->control.restart[0] != '\0';
     snprintf(r->snapshots, sizeof r->snapshots, "%s/dem", r->directory);
-    r->record = record_new(r->directory, r->sim, r->dem.param.gravity);
+    snprintf(r->restarts, sizeof r->restarts, "%s/restart", r->directory);
+    start_case(&r->dem, &r->control);
+    if (make_engine(r) != 0 || set_aside(r) != 0) return 1;
+    const double now = dem_time(r->sim);
+    double origin = now;
+    if (again) dem_kept(r->sim, "timeOrigin", 1, &origin);
+    if (now >= r->control.end_time) {
+        puts("endTime has been reached: nothing is left to do");
+        return 0;
+    }
+    r->plan = plan_of(&r->control, origin, now);
+    dem_keep(r->sim, "timeOrigin", 1, &r->plan.origin);
+    start_time_step(&r->dem, r->sim, r->plan.delta_t);
+    r->record = record_new(r->directory, r->sim, r->dem.param.gravity, again ? now : NAN);
     if (r->record == NULL) return 1;
-    r->books = books_new(r->directory, r->sim, r->dem.param.balance);
+    r->books = books_new(r->directory, r->sim, r->dem.param.balance, again ? now : NAN);
     return r->books == NULL || write_snapshot(r);
 }
 
 static int advance(run *r, long step)
 {
-    const double before = MPI_Wtime(), time = time_at(r, step);
+    const plan *p = &r->plan;
+    const double before = MPI_Wtime(), time = plan_time(p, step);
     if (dem_advance(r->sim, time - dem_time(r->sim), 0) != DEM_OK) {
         message_stop(PROGRAM, "at time %.9g s: %s", dem_time(r->sim), dem_message(r->sim));
         return 1;
     }
+    dem_set_time(r->sim, time); /* no rounding adds up */
     print_step(r, step, MPI_Wtime() - before);
     if (record_write(r->record, r->sim) != 0 || books_write(r->books, r->sim) != 0) return 1;
-    const int output = step % r->steps_per_output == 0 || step == r->steps;
-    return output ? write_snapshot(r) : 0;
+    const int last = step == p->steps;
+    if ((step % p->per_output == 0 || last) && write_snapshot(r) != 0) return 1;
+    const int restart = p->per_restart > 0 && (step % p->per_restart == 0 || last);
+    return restart ? write_restart(r) : 0;
 }
 
 static int solve(run *r)
@@ -183,7 +242,8 @@ static int solve(run *r)
     if (failed) return failed;
     failed = start(r);
     r->began = MPI_Wtime();
-    for (long step = 1; step <= r->steps && !failed; step++) failed = advance(r, step);
+    for (long step = r->plan.first + 1; step <= r->plan.steps && !failed; step++)
+        failed = advance(r, step);
     if (!failed) printf("\nEnd: %.1f s of wall clock\n", MPI_Wtime() - r->began);
     record_free(r->record);
     books_free(r->books);

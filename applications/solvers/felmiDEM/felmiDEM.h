@@ -14,13 +14,31 @@
 void start_case(const case_dem *dem, const case_control *control);
 void start_time_step(const case_dem *dem, const dem_sim *sim, double delta_t);
 
+/* plan.c: steps, outputs and restart files in time. */
+typedef struct plan {
+    double origin, end;           /* s */
+    double delta_t;               /* as shortened, so that output falls on whole steps */
+    long first, steps;            /* the last step done, and all, counted from the origin */
+    long per_output, per_restart; /* steps between outputs and between restart files; 0: none */
+} plan;
+/* From the time `now` on; `origin`: where the run once began. */
+plan plan_of(const case_control *control, double origin, double now);
+/* The end of a step. The last one ends at the end time, whatever the interval of output. */
+double plan_time(const plan *p, long step);
+
+/* rows.c: files of time series that go on after a restart. `from`: rows up to this time, s, are
+ * kept; NAN: none. */
+/* A file for <directory>/postProcessing, to be given its head; NULL with the reason on stderr. */
+FILE *rows_open(const char *directory, const char *name);
+/* The head is complete: behind it the rows that are kept, and to its place with it. 0 or -1, with
+ * the reason on stderr. */
+int rows_begin(FILE *file, const char *directory, const char *name, double from);
+
 /* record.c: time series in <case>/postProcessing. */
 typedef struct record record;
 
-/* A file in <directory>/postProcessing, open; NULL with the reason on stderr. */
-FILE *record_open(const char *directory, const char *name);
-/* NULL with the reason on stderr. gravity (m/s2) is for the potential energy. */
-record *record_new(const char *directory, const dem_sim *sim, const double gravity[3]);
+/* NULL with the reason on stderr. gravity (m/s2) is for the potential energy; from: see rows.c. */
+record *record_new(const char *directory, const dem_sim *sim, const double gravity[3], double from);
 /* One row of each file, after a step. 0, or -1 with the reason on stderr. */
 int record_write(record *r, const dem_sim *sim);
 void record_free(record *r);
@@ -28,7 +46,7 @@ void record_free(record *r);
 /* books.c: series of the balances of mass and, with `balance`, energy and angular momentum. As
  * above. */
 typedef struct books books;
-books *books_new(const char *directory, const dem_sim *sim, int balance);
+books *books_new(const char *directory, dem_sim *sim, int balance, double from);
 int books_write(books *b, const dem_sim *sim);
 void books_free(books *b);
 

@@ -19,26 +19,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 struct record {
     FILE *particles, *walls;
     double gravity[3];
 };
-
-FILE *record_open(const char *directory, const char *name)
-{
-    char path[4096];
-    snprintf(path, sizeof path, "%s/postProcessing", directory);
-    if (mkdir(path, 0777) != 0 && errno != EEXIST) {
-        message_stop("felmiDEM", "cannot create %s: %s", path, strerror(errno));
-        return NULL;
-    }
-    snprintf(path, sizeof path, "%s/postProcessing/%s", directory, name);
-    FILE *f = fopen(path, "w");
-    if (f == NULL) message_stop("felmiDEM", "cannot write %s: %s", path, strerror(errno));
-    return f;
-}
 
 /* Units and names of the columns. */
 static void name_walls(FILE *f, const dem_sim *sim)
@@ -59,7 +44,7 @@ static void name_walls(FILE *f, const dem_sim *sim)
     fputs("\n", f);
 }
 
-record *record_new(const char *directory, const dem_sim *sim, const double gravity[3])
+record *record_new(const char *directory, const dem_sim *sim, const double gravity[3], double from)
 {
     record *r = calloc(1, sizeof *r);
     if (r == NULL) {
@@ -67,9 +52,9 @@ record *record_new(const char *directory, const dem_sim *sim, const double gravi
         return NULL;
     }
     memcpy(r->gravity, gravity, sizeof r->gravity);
-    r->particles = record_open(directory, "particles.csv");
+    r->particles = rows_open(directory, "particles.csv");
     if (r->particles != NULL && dem_walls(sim) > 0)
-        r->walls = record_open(directory, "wallForces.csv");
+        r->walls = rows_open(directory, "wallForces.csv");
     if (r->particles == NULL || (r->walls == NULL && dem_walls(sim) > 0)) {
         record_free(r);
         return NULL;
@@ -79,6 +64,11 @@ record *record_new(const char *directory, const dem_sim *sim, const double gravi
           "potentialEnergy,momentum.x,momentum.y,momentum.z,centre.x,centre.y,centre.z\n",
           r->particles);
     if (r->walls != NULL) name_walls(r->walls, sim);
+    if (rows_begin(r->particles, directory, "particles.csv", from) != 0 ||
+        (r->walls != NULL && rows_begin(r->walls, directory, "wallForces.csv", from) != 0)) {
+        record_free(r);
+        return NULL;
+    }
     return r;
 }
 
