@@ -53,6 +53,59 @@ static void control_values(void **unused)
     fixture_free(&f);
 }
 
+/* Which restart file a run goes on from, and which are another run's. */
+static void restart_files(void **unused)
+{
+    (void)unused;
+    static const char *const at = "endTime 2; deltaT .01; writeInterval 20; startFrom ";
+    char text[256], name[CASE_NAME];
+    fixture f = fixture_new();
+    snprintf(text, sizeof text, "%s latestTime;", at);
+    case_control c = control_of(&f, text);
+    assert_near(c.restart_interval, .2, 1e-16);
+    assert_true(c.restart_write);
+    assert_int_equal(c.restart_keep, 2);
+    case_find_restart(f.directory, &c);
+    assert_string_equal(c.restart, ""); /* there are none */
+    assert_int_equal(case_set_restarts_aside(f.directory, &c), 0);
+
+    /* Numbers, not texts: 10 is after 9. What is no number is let alone. */
+    shell(
+        "mkdir %s/restart && cd %s/restart && touch 9.h5 10.h5 0.25.h5 1e1x.h5 note.txt 11.h5.bak",
+        f.directory, f.directory);
+    case_find_restart(f.directory, &c);
+    assert_string_equal(c.restart, "10.h5");
+    assert_near(c.start_time, 10, 0);
+    assert_int_equal(case_set_restarts_aside(f.directory, &c), 0);
+    assert_near(case_restart_latest(f.directory, 9.99, name), 9, 0);
+    assert_string_equal(name, "9.h5");
+    assert_true(isnan(case_restart_latest(f.directory, .2, name)));
+
+    snprintf(text, sizeof text, "%s startTime; startTime .25;", at);
+    c = control_of(&f, text);
+    case_find_restart(f.directory, &c);
+    assert_string_equal(c.restart, "0.25.h5");
+    assert_int_equal(case_set_restarts_aside(f.directory, &c), 2);
+    shell("cd %s && test -f restart.old/9.h5 && test -f restart.old/10.h5 && "
+          "test $(ls %s/restart | wc -l) = 4",
+          f.directory, f.directory);
+    snprintf(text, sizeof text, "%s startTime; startTime 0; restart { interval .3; keep 5; }", at);
+    c = control_of(&f, text);
+    assert_near(c.restart_interval, .3, 0);
+    assert_int_equal(c.restart_keep, 5);
+    case_find_restart(f.directory, &c);
+    assert_string_equal(c.restart, "");
+    assert_near(c.start_time, 0, 0);
+    assert_int_equal(case_set_restarts_aside(f.directory, &c), 1); /* one set is kept */
+    shell("cd %s && test \"$(echo restart.old/*)\" = restart.old/0.25.h5%s", f.directory, "");
+    assert_clean(f.errors);
+    control_of(&f, "startFrom startTime; startTime 0; endTime 2; deltaT .01; writeInterval 20;\n"
+                   "restart { interval 0; kep 5; }");
+    assert_says(f.errors, "restart.interval");
+    assert_says(f.errors, "kep");
+    fixture_free(&f);
+}
+
 static void assert_control_says(const char *old, const char *new, const char *part)
 {
     fixture f = fixture_new();
@@ -200,10 +253,10 @@ static void tutorial(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(control_values), cmocka_unit_test(refused_control),
-        cmocka_unit_test(one_message),    cmocka_unit_test(notes_control),
-        cmocka_unit_test(time_names),     cmocka_unit_test(fluid),
-        cmocka_unit_test(tutorial),
+        cmocka_unit_test(restart_files),   cmocka_unit_test(control_values),
+        cmocka_unit_test(refused_control), cmocka_unit_test(one_message),
+        cmocka_unit_test(notes_control),   cmocka_unit_test(time_names),
+        cmocka_unit_test(fluid),           cmocka_unit_test(tutorial),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
