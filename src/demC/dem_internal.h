@@ -59,6 +59,7 @@ struct dem_sim {
     double coming_radius, coming_speed;      /* of what feeders may yet bring: largest, m, m/s */
     double speed;                            /* no particle is faster, m/s */
     double overlap;                          /* largest / smaller radius, when last looked at, - */
+    double held_step; /* that the engine chose last, kept while the limit is little above it, s */
 
     int outside;        /* an outside force is set */
     kept_numbers *kept; /* [n_kept] of dem_keep */

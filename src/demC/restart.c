@@ -61,6 +61,7 @@ static const restart_record SCALAR[] = {
     REAL("state/skin", "m", list.skin),
     REAL("state/moved", "m", list.moved),
     REAL("state/step", "s", report.step),
+    REAL("state/heldStep", "s", held_step),
     WHOLE("state/substeps", report.substeps),
     LONG("state/rebuilds", report.rebuilds),
     LONG("state/contacts", report.contacts),
