@@ -18,6 +18,11 @@
  * direction to go apart. */
 static const double most_overlap = 1.5;
 
+/* Walls are not repeated beyond periodic sides: they must go on there by themselves. A sphere that
+ * is carried over may find its deepest wall contact deeper or shallower by that share of its
+ * radius, which surfaces of triangles may be off by; any more is an impact out of nothing. */
+static const double most_jump = .1;
+
 static const char axis[] = "xyz";
 
 static dem_status check_domain(dem_sim *sim, const dem_param *param)
@@ -221,6 +226,41 @@ dem_status check_inside(dem_sim *sim)
         for (int a = 0; a < 3; a++)
             if (!sim->periodic[a] && (p->pos[i][a] < sim->lo[a] || p->pos[i][a] > sim->hi[a]))
                 return tell(sim, DEM_LOST, i, "has left the domain");
+    return DEM_OK;
+}
+
+/* A particle that is about to be brought from `from` back to `to`. */
+static dem_status check_jump(dem_sim *sim, size_t i, const double from[4], const double to[4])
+{
+    size_t wall = 0;
+    double before = walls_deepest(&sim->walls, from, &wall);
+    double after = walls_deepest(&sim->walls, to, before > 0 ? NULL : &wall);
+    if (fabs(after - before) <= most_jump) return DEM_OK;
+    return fail(sim, DEM_BAD_ARGUMENT,
+                "wall %s does not go on beyond a periodic side: particle %lld, carried from (%g %g "
+                "%g) to (%g %g %g), would overlap with walls by %g of its radius instead of %g; "
+                "walls are not repeated, make its shape periodic",
+                sim->walls.wall[wall].name, (long long)sim->particles.id[i], from[0], from[1],
+                from[2], to[0], to[1], to[2], after, before);
+}
+
+dem_status check_crossing(dem_sim *sim)
+{
+    const particles *p = &sim->particles;
+    if (!sim->walls.n || !sim->list.any_periodic) return DEM_OK;
+    for (size_t i = 0; i < p->n; i++) {
+        double to[4];
+        int crosses = 0;
+        memcpy(to, p->pos[i], sizeof to);
+        for (int a = 0; a < 3; a++) {
+            if (!sim->periodic[a]) continue;
+            double length = sim->hi[a] - sim->lo[a], turns = floor((to[a] - sim->lo[a]) / length);
+            to[a] -= turns * length;
+            crosses |= turns != 0;
+        }
+        dem_status status = crosses ? check_jump(sim, i, p->pos[i], to) : DEM_OK;
+        if (status) return status;
+    }
     return DEM_OK;
 }
 

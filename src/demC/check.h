@@ -15,6 +15,9 @@ dem_status check_particle(dem_sim *sim, size_t k, const double x[3], const doubl
 dem_status check_finite(dem_sim *sim);
 /* No particle has left the domain through a side that is not periodic. */
 dem_status check_inside(dem_sim *sim);
+/* Particles that have gone through a periodic side find the walls on the other as they left them.
+ */
+dem_status check_crossing(dem_sim *sim);
 /* No two particles, present or among the n to be added, overlap by more than 1.5 times the
  * smaller radius. *largest is the largest overlap of them and of walls, in smaller radii. */
 dem_status check_overlaps(dem_sim *sim, size_t n, const double (*x)[3], const double *radius,

@@ -227,6 +227,7 @@ static dem_status rebuild(dem_sim *sim)
     neighbour *list = &sim->list;
     dem_status status = outlets_take(sim);
     if (!status) status = check_inside(sim);
+    if (!status) status = check_crossing(sim);
     if (status || !p->n) return status;
     /* After particles came or went the histories are saved already, and the list no longer fits. */
     if (list->valid && contacts_save(&sim->contacts, list, p->n)) return no_memory(sim);

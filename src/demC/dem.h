@@ -175,7 +175,8 @@ dem_motion dem_motion_default(void);
 
 typedef struct dem_wall {
     char name[DEM_NAME];
-    dem_sdf *shape; /* owned by the simulation once dem_new has returned DEM_OK */
+    dem_sdf *shape; /* owned by the simulation once dem_new has returned DEM_OK; not repeated
+                       beyond periodic sides: it must go on there by itself */
     int material;
     size_t n_motion;
     const dem_motion *motion; /* [n_motion], applied one after the other: the axis of a later one

@@ -165,20 +165,28 @@ void walls_renumber(walls *w, const uint32_t *place)
     w->n_entry = kept;
 }
 
-double walls_overlap(const walls *w, size_t n, const double (*pos)[4])
+double walls_deepest(const walls *w, const double pos[4], size_t *wall)
 {
     double largest = 0;
     for (size_t k = 0; k < w->n; k++) {
         const dem_sdf *shape = w->wall[k].shape;
-        int parts = dem_sdf_parts(shape);
-        for (size_t i = 0; i < n; i++) {
-            double b[3], gradient[3], r = pos[i][3];
-            in_wall(&w->body[k], pos[i], b);
-            for (int part = 0; part < parts; part++)
-                if (sdf_near(shape, part, b, r))
-                    largest = fmax(largest, 1 - dem_sdf_eval(shape, part, b, gradient) / r);
+        double b[3], gradient[3], r = pos[3];
+        in_wall(&w->body[k], pos, b);
+        for (int part = 0; part < dem_sdf_parts(shape); part++) {
+            if (!sdf_near(shape, part, b, r)) continue;
+            double overlap = 1 - dem_sdf_eval(shape, part, b, gradient) / r;
+            if (!(overlap > largest)) continue;
+            largest = overlap;
+            if (wall) *wall = k;
         }
     }
+    return largest;
+}
+
+double walls_overlap(const walls *w, size_t n, const double (*pos)[4])
+{
+    double largest = 0;
+    for (size_t i = 0; i < n; i++) largest = fmax(largest, walls_deepest(w, pos[i], NULL));
     return largest;
 }
 

@@ -103,6 +103,8 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
 void walls_renumber(walls *w, const uint32_t *place);
 /* Largest overlap / radius of n spheres x y z r with the walls; 0 if none touches. */
 double walls_overlap(const walls *w, size_t n, const double (*pos)[4]);
+/* The same of one sphere, and, unless NULL, the wall that makes it. */
+double walls_deepest(const walls *w, const double pos[4], size_t *wall);
 /* Adds to p->force and to the loads of the walls. */
 void sum_wall_forces(wall_forces *job, walls *w, particles *p);
 /* Energy of normal springs and cohesion, J; the others are added to `s`. */
