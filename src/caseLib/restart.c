@@ -42,7 +42,7 @@ double case_restart_latest(const char *directory, double most, char name[CASE_NA
         const double time = number_of(e->d_name);
         if (!(time <= most) || time <= found) continue;
         found = time;
-        snprintf(name, CASE_NAME, "%s", e->d_name);
+        snprintf(name, CASE_NAME, "%.*s", CASE_NAME - 1, e->d_name);
     }
     if (folder) closedir(folder);
     return found;

@@ -309,6 +309,7 @@ int restart_has(const restart_file *r, const char *set)
 
 void *restart_hold(restart_file *r, size_t bytes)
 {
+    if (r->f.failed) return NULL; /* and `bytes` may be of a number that was not found */
     void *data = calloc(1, bytes ? bytes : 1);
     void **more = realloc(r->kept, (r->n_kept + 1) * sizeof *more);
     if (more != NULL) r->kept = more;

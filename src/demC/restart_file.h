@@ -56,7 +56,7 @@ void *restart_get(restart_file *r, const char *set, restart_kind kind, int width
 /* Names and widths of the datasets of a group, [*n]; none if there is no such group. */
 void restart_list(restart_file *r, const char *group, size_t *n, char (**name)[DEM_NAME],
                   int **width);
-/* Room until restart_close, cleared; NULL: none is left. */
+/* Room until restart_close, cleared; NULL in error. */
 void *restart_hold(restart_file *r, size_t bytes);
 /* Refuse the file, printf style: DEM_IO. */
 dem_status restart_refuse(restart_file *r, const char *format, ...)

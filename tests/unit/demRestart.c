@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "dem.h"
+#include "stlFixture.h"
 
 enum { CHUNKS = 12, GRAINS = 420 };
 
@@ -29,7 +30,7 @@ typedef struct variant {
     const char *name;
     dem_law law;
     dem_rolling rolling;
-    int periodic, uneven, moving, feeding, outside, balance;
+    int periodic, uneven, moving, feeding, outside, balance, triangles;
     int least; /* contacts at the end, so that there is history to lose */
 } variant;
 
@@ -52,6 +53,7 @@ static const variant VARIANT[] = {
      .uneven = 1,
      .least = 100},
     {.name = "feeding", .law = DEM_LINEAR, .feeding = 1, .uneven = 1, .balance = 1, .least = 100},
+    {.name = "triangles", .law = DEM_HERTZ, .triangles = 1, .least = 100},
     {.name = "outside", .law = DEM_LINEAR, .outside = 1, .least = 100},
 };
 enum { VARIANTS = sizeof VARIANT / sizeof *VARIANT };
@@ -69,6 +71,16 @@ typedef struct box {
     dem_sim *sim;
     int column;
 } box;
+
+static dem_sdf *vessel_of_triangles(void)
+{
+    body vessel = box_body((const double[3]){-.0205, -.0185, .0005},
+                           (const double[3]){.0205, .0185, .069}, 2);
+    dem_sdf *shape = stl_shape(&vessel, 1);
+    assert_non_null(shape);
+    body_free(&vessel);
+    return shape;
+}
 
 static void box_init(box *b, const variant *v)
 {
@@ -109,6 +121,10 @@ static void box_init(box *b, const variant *v)
     const double wide = v->periodic ? .03 : .0205;
     b->wall[0].shape = dem_sdf_box((const double[3]){-wide, -.0185, .0005},
                                    (const double[3]){wide, .0185, .069}, 1);
+    if (v->triangles) {
+        dem_sdf_free(b->wall[0].shape);
+        b->wall[0].shape = vessel_of_triangles();
+    }
     b->wall[0].material = 1;
     strcpy(b->wall[1].name, "bar");
     b->wall[1].shape = dem_sdf_cylinder((const double[3]){0, -.018, .008},
@@ -299,6 +315,16 @@ static void expect_same_report(const box *one, const box *two)
     assert_memory_equal(&l, &m, sizeof l);
 }
 
+/* Less than half as large as any that the parameters announce: the vessel is sampled more finely,
+ * which a restart can know from the file alone. */
+static void add_small(box *b)
+{
+    const double x[1][3] = {{.001, .002, .0695 - .0015}}, radius = .0007;
+    const int material = 0;
+    if (dem_add(b->sim, 1, x, NULL, NULL, &radius, &material, NULL))
+        fail_msg("%s", dem_message(b->sim));
+}
+
 /* Written right after dem_new, early in the fall, and twice in the dense bed. */
 static void straight_and_interrupted(const variant *v)
 {
@@ -307,6 +333,7 @@ static void straight_and_interrupted(const variant *v)
     char path[512];
     box straight, again;
     box_new(&straight, v, NULL);
+    if (v->triangles) add_small(&straight);
     for (int k = 0, at = 0; k < 4; k++) {
         box_advance(&straight, v, at, stop[k]);
         at = stop[k];
