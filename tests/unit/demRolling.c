@@ -196,6 +196,119 @@ static void comes_to_rest(void **state)
     }
 }
 
+/* ---- two spheres ----------------------------------------------------------------------------- */
+
+typedef struct pressed {
+    double R[2], m[2], I[2];
+    double E, kn, radius; /* elastic force, its secant stiffness, R_eff */
+    double w[2][3], n[3]; /* spins; from the first to the second */
+} pressed;
+
+/* Unequal spheres of two materials overlap, nearly at rest but for their spins. */
+static pressed press(rig *r, dem_law law, dem_rolling rolling, double friction, double damping,
+                     double faster)
+{
+    pressed p = {{3e-3, 1.2e-3}, {0}, {0}, 0, 0, 0, {{3, -1, 2}, {-1.5, 4, .5}}, {.6, .48, .64}};
+    const double stiffness = 4e4, overlap = 2e-3 * p.R[1], density[2] = {2500, 7800};
+    rig_init(r, law, 20 * p.R[0]);
+    rig_hertz(r, 3e9, .27, density[0]);
+    r->material[1].youngs_modulus = 8e9;
+    r->material[1].density = density[1];
+    rig_pairs(r, 1, 0, stiffness, 1);
+    for (int k = 0; k < 4; k++) {
+        r->pair[k].rolling_friction = friction;
+        r->pair[k].rolling_damping = damping;
+    }
+    r->param.rolling = rolling;
+    rig_start(r);
+    double x[2][3] = {{0}, {0}};
+    const int material[2] = {0, 1};
+    for (int a = 0; a < 6; a++) p.w[a / 3][a % 3] *= faster;
+    for (int a = 0; a < 3; a++) x[1][a] = (p.R[0] + p.R[1] - overlap) * p.n[a];
+    for (int k = 0; k < 2; k++) {
+        p.m[k] = sphere_mass(p.R[k], density[k]);
+        p.I[k] = .4 * p.m[k] * p.R[k] * p.R[k];
+    }
+    assert_int_equal(dem_add(r->sim, 2, (const double(*)[3])x, NULL, (const double(*)[3])p.w, p.R,
+                             material, NULL),
+                     DEM_OK);
+    p.radius = 1 / (1 / p.R[0] + 1 / p.R[1]);
+    const double modulus = 1 / ((1 - .27 * .27) * (1 / 3e9 + 1 / 8e9));
+    p.kn = law == DEM_LINEAR ? stiffness : 4. / 3 * modulus * sqrt(p.radius * overlap);
+    p.E = p.kn * overlap;
+    return p;
+}
+
+/* Difference of the spins without its component along n; its length. */
+static double rolling_spin(const pressed *p, double w[3])
+{
+    double along = 0, square = 0;
+    for (int a = 0; a < 3; a++) along += (p->w[0][a] - p->w[1][a]) * p->n[a];
+    for (int a = 0; a < 3; a++) {
+        w[a] = p->w[0][a] - p->w[1][a] - along * p->n[a];
+        square += w[a] * w[a];
+    }
+    return sqrt(square);
+}
+
+/* Both get the same torque per relative spin, `per`, opposite to it, in the time dt. */
+static void assert_torque(rig *r, const pressed *p, const double w[3], double per, double dt)
+{
+    const dem_view v = dem_particles(r->sim);
+    for (size_t i = 0; i < 2; i++) {
+        const int k = (int)v.id[i];
+        for (int a = 0; a < 3; a++) {
+            const double torque = (v.omega[i][a] - p->w[k][a]) * p->I[k] / dt;
+            assert_within(torque, (k ? 1 : -1) * per * w[a], 1e-4 * fabs(per * w[a]));
+        }
+    }
+}
+
+/* Steps so short that overlap and spins stay: the torque itself, its three parts apart. */
+static void pair(void **state)
+{
+    (void)state;
+    const double mu = .13, eta = .37;
+    for (int law = DEM_LINEAR; law <= DEM_HERTZ; law++) {
+        rig r;
+        double w[3];
+        pressed p = press(&r, (dem_law)law, DEM_ROLLING_CONSTANT, mu, 0, 1);
+        const double size = rolling_spin(&p, w), I = 1 / (1 / p.I[0] + 1 / p.I[1]);
+        double dt = 1e-3 * I * size / (mu * p.radius * p.E);
+        dt = fmin(dt, 1e-4 * sqrt(p.m[1] / p.kn));
+        rig_advance(&r, dt, 1);
+        assert_torque(&r, &p, w, mu * p.radius * p.E / size, dt);
+        dem_free(r.sim);
+
+        /* The spring after n steps has grown to k_r w n dt: n (n + 1)/2 of them have acted. */
+        const int n = 100;
+        const double kr = 2.25 * p.kn * mu * mu * p.radius * p.radius;
+        p = press(&r, (dem_law)law, DEM_ROLLING_EPSD, mu, 0, 1);
+        dt = 1e-5 * fmin(sqrt(p.m[1] / p.kn), sqrt(I / kr));
+        rig_advance(&r, n * dt, n);
+        assert_torque(&r, &p, w, kr * .5 * (n + 1) * dt, n * dt);
+        dem_free(r.sim);
+
+        /* Inertia about the point of contact: 1/I_r = sum 1/(I + m R^2). */
+        const double Ir =
+            1 / (1 / (p.I[0] + p.m[0] * p.R[0] * p.R[0]) + 1 / (p.I[1] + p.m[1] * p.R[1] * p.R[1]));
+        p = press(&r, (dem_law)law, DEM_ROLLING_EPSD, mu, eta, 1);
+        dt *= .1;
+        rig_advance(&r, dt, 1);
+        assert_torque(&r, &p, w, 2 * eta * sqrt(Ir * kr) + kr * dt, dt);
+        dem_free(r.sim);
+
+        /* Its limit, which spins so fast reach in one step. */
+        p = press(&r, (dem_law)law, DEM_ROLLING_EPSD, mu, eta, 5e6);
+        dt = 1e-4 * sqrt(p.m[1] / p.kn);
+        const double fast = rolling_spin(&p, w), limit = mu * p.radius * p.E;
+        assert_true(kr * fast * dt > 1.5 * limit);
+        rig_advance(&r, dt, 1);
+        assert_torque(&r, &p, w, limit / fast, dt);
+        dem_free(r.sim);
+    }
+}
+
 /* ---- many ------------------------------------------------------------------------------------ */
 
 enum { MANY = 120 };
@@ -323,9 +436,10 @@ int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(decay),        cmocka_unit_test(threshold),
-        cmocka_unit_test(oscillation),  cmocka_unit_test(comes_to_rest),
-        cmocka_unit_test(carried_over), cmocka_unit_test(quiet)};
+        cmocka_unit_test(decay),       cmocka_unit_test(threshold),
+        cmocka_unit_test(oscillation), cmocka_unit_test(comes_to_rest),
+        cmocka_unit_test(pair),        cmocka_unit_test(carried_over),
+        cmocka_unit_test(quiet)};
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
     return failed;

@@ -120,6 +120,67 @@ static void elastic_pair(void **state)
     dem_free(r.sim);
 }
 
+/* Spheres of two materials, and a sphere on a wall that yields, v = 1.7 m/s; along no axis. With
+ * the balance the loops are those of the extras. K, d, t as above from E* = 1/sum (1 - nu^2)/E, R*
+ * and m of the two, evaluated with thirty digits. */
+static void elastic_unequal(void **state)
+{
+    (void)state;
+    const struct {
+        double R[2], force, overlap, time;
+    } table[] = {{{2e-3, 5e-3}, 48.7289069, 6.56307304e-6, 1.13629000e-5},
+                 {{1e-5, 3e-6}, 2.04404925e-4, 1.45485054e-8, 2.51883853e-8},
+                 {{.5, .05}, 61324.5789, 2.41424156e-4, 4.17986898e-4},
+                 {{2e-3, 0}, 52.8063393, 6.18962238e-6, 1.07163306e-5}}; /* on a wall */
+    const double v = 1.7, n[3] = {.6, .48, .64}, origin[3] = {0, 0, 0};
+    for (int k = 0; k < 8; k++) {
+        const double *R = table[k / 2].R, small = R[1] > 0 ? fmin(R[0], R[1]) : R[0];
+        const double dt = table[k / 2].time / 4000, apart = R[0] + R[1] + .5 * v * dt;
+        const int n_ball = R[1] > 0 ? 2 : 1, material[2] = {0, 1};
+        rig r;
+        rig_init(&r, DEM_HERTZ, 10 * R[0]);
+        r.material[0] = (dem_material){
+            .name = "light", .density = 2700, .youngs_modulus = 70e9, .poisson_ratio = .3};
+        r.material[1] = (dem_material){
+            .name = "heavy", .density = 7850, .youngs_modulus = 210e9, .poisson_ratio = .28};
+        r.param.balance = k % 2;
+        if (n_ball == 1) {
+            rig_floor(&r);
+            dem_sdf_free(r.wall[0].shape);
+            r.wall[0].shape = dem_sdf_plane(origin, n);
+        }
+        rig_start(&r);
+        double x[2][3], u[2][3];
+        for (int a = 0; a < 3; a++) {
+            x[0][a] = apart * n[a];
+            u[0][a] = (n_ball == 2 ? -.3 : -1) * v * n[a];
+            x[1][a] = 0;
+            u[1][a] = .7 * v * n[a];
+        }
+        assert_int_equal(dem_add(r.sim, (size_t)n_ball, (const double(*)[3])x,
+                                 (const double(*)[3])u, NULL, R, material, NULL),
+                         DEM_OK);
+        double force = 0, overlap = 0, lasted = 0;
+        for (int s = 0; s < 4300; s++) {
+            rig_advance(&r, dt, 1);
+            const dem_report rep = dem_last_report(r.sim);
+            const double *f = dem_particles(r.sim).force[0];
+            force = fmax(force, sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]));
+            overlap = fmax(overlap, rep.overlap * small);
+            if (rep.contacts + rep.wall_contacts) lasted += dt;
+        }
+        print_message("Sphere of %g m on %s of another material\n", R[0],
+                      n_ball == 2 ? "one" : "a wall");
+        report("    largest force, N", force, table[k / 2].force);
+        report("    largest overlap, m", overlap, table[k / 2].overlap);
+        report("    duration, s", lasted, table[k / 2].time);
+        assert_close(force, table[k / 2].force, 1e-6);
+        assert_close(overlap, table[k / 2].overlap, 1e-6);
+        assert_close(lasted, table[k / 2].time, 5e-4);
+        dem_free(r.sim);
+    }
+}
+
 /* ---- release of a contact ----------------------------------------------------------------------
  */
 
@@ -367,15 +428,12 @@ static void sticking_closed_form(void **state)
 int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
-    const struct CMUnitTest tests[] = {cmocka_unit_test(elastic_on_wall),
-                                       cmocka_unit_test(elastic_pair),
-                                       cmocka_unit_test(release),
-                                       cmocka_unit_test(restitution),
-                                       cmocka_unit_test(restitution_unequal),
-                                       cmocka_unit_test(chung_ooi_4),
-                                       cmocka_unit_test(sliding_branch),
-                                       cmocka_unit_test(thornton_2013),
-                                       cmocka_unit_test(sticking_closed_form)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(elastic_on_wall), cmocka_unit_test(elastic_pair),
+        cmocka_unit_test(elastic_unequal), cmocka_unit_test(release),
+        cmocka_unit_test(restitution),     cmocka_unit_test(restitution_unequal),
+        cmocka_unit_test(chung_ooi_4),     cmocka_unit_test(sliding_branch),
+        cmocka_unit_test(thornton_2013),   cmocka_unit_test(sticking_closed_form)};
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
     return failed;
