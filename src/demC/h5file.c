@@ -132,7 +132,9 @@ void h5file_create(h5file *f, size_t bytes, hsize_t head)
         h5file_check(f, H5Pset_fapl_mpio(access, f->comm, MPI_INFO_NULL), "create");
         h5file_check(f, H5Pset_dxpl_mpio(f->transfer, H5FD_MPIO_COLLECTIVE), "create");
     } else {
-        h5file_check(f, H5Pset_fapl_core(access, bytes, 0), "create");
+        /* By how much it grows, and what its size is rounded to: in few steps, without much air. */
+        const size_t more = 8192 * (1 + bytes / (64 * 8192));
+        h5file_check(f, H5Pset_fapl_core(access, more, 0), "create");
     }
     f->file = h5file_check(f, H5Fcreate(f->part, H5F_ACC_TRUNC, creation, access), "create");
     H5Pclose(creation);
