@@ -149,7 +149,9 @@ void case_check(const case_control *control, const case_mesh *mesh, const case_d
     if (mesh && mesh->cells[0] > 0 && coupling) check_cells(mesh, dem, errors);
     for (size_t i = 0; known && i < dem->param.n_insertion; i++)
         if (storage->positions[i]) check_positions(mesh, dem, i, errors);
+    const int before = case_errors_count(errors);
     if (known && !check_surfaces(dem, errors)) check_walls(dem, errors);
+    if (known && case_errors_count(errors) == before) check_sides(dem, errors);
     if (known) check_feeds(dem, errors);
     if (coupling) check_packing(dem, coupling, errors);
     if (control && dem->param.time_step > control->delta_t)

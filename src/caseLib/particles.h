@@ -129,8 +129,10 @@ int find_file(const particle_reader *reader, const char *folder, const char *nam
 case_dict *read_beside(const particle_reader *reader, const case_dict *dict, const char *key);
 
 /* check_geometry.c: surfaces of triangles against domain and particles: how many are refused.
- * Then feeders and outlets against the domain and each other. */
+ * Then what is to be filled against the walls; feeders and outlets against the domain and each
+ * other. */
 int check_surfaces(const case_dem *dem, case_errors *errors);
+void check_sides(const case_dem *dem, case_errors *errors);
 void check_feeds(const case_dem *dem, case_errors *errors);
 
 place place_of(store *store, const case_dict *dict, const char *key);

@@ -37,6 +37,19 @@ static void read_bounds(const case_dict *dict, dem_size *size, case_errors *erro
         key_error(errors, dict, "max", "found %g; accepted: above min, %g m", size->hi, size->lo);
 }
 
+/* A middle beyond the bounds is mostly a mistake of unit, but the tail of a law may be meant. */
+static void note_middle(const case_dict *dict, const char *key, const dem_size *size,
+                        case_errors *errors)
+{
+    char path[512];
+    if (!(size->lo > 0) || !(size->hi > size->lo)) return;
+    if (!(size->mean > 0) || (size->mean >= size->lo && size->mean <= size->hi)) return;
+    key_path(dict, key, path, sizeof path);
+    case_note(errors, dict->file, case_dict_line(dict, key),
+              "%s: %g m lies outside min and max, %g to %g m: only a tail of the law is left", path,
+              size->mean, size->lo, size->hi);
+}
+
 static void read_table(particle_reader *reader, const case_dict *dict, dem_size *size)
 {
     static const char *const accepted =
@@ -67,21 +80,25 @@ static void read_law(particle_reader *reader, const case_dict *dict, dem_size *s
 {
     case_errors *errors = reader->errors;
     const int before = case_errors_count(errors);
+    const char *middle = NULL;
     size->kind = (dem_size_kind)(case_choice(dict, "type", type_words, -1, errors) + 1);
     if (case_errors_count(errors) > before) return;
     case_known(dict, keys[size->kind], errors);
     size->by_mass = case_choice(dict, "by", number_or_mass, -1, errors);
     switch (size->kind) {
     case DEM_SIZE_NORMAL:
-        size->mean = read_number(dict, "mean", "m", NULL, case_positive, errors);
+        middle = "mean";
+        size->mean = read_number(dict, middle, "m", NULL, case_positive, errors);
         size->deviation = read_number(dict, "deviation", "m", NULL, case_positive, errors);
         break;
     case DEM_SIZE_LOGNORMAL:
-        size->mean = read_number(dict, "median", "m", NULL, case_positive, errors);
+        middle = "median";
+        size->mean = read_number(dict, middle, "m", NULL, case_positive, errors);
         size->deviation = read_number(dict, "deviation", "", NULL, case_positive, errors);
         break;
     case DEM_SIZE_ROSIN_RAMMLER:
-        size->mean = read_number(dict, "d63", "m", NULL, case_positive, errors);
+        middle = "d63";
+        size->mean = read_number(dict, middle, "m", NULL, case_positive, errors);
         size->exponent = read_number(dict, "exponent", "", NULL, case_positive, errors);
         break;
     case DEM_SIZE_TABLE:
@@ -91,6 +108,7 @@ static void read_law(particle_reader *reader, const case_dict *dict, dem_size *s
         break;
     }
     read_bounds(dict, size, errors);
+    if (middle) note_middle(dict, middle, size, errors);
 }
 
 const char *size_key(const case_dict *dict)

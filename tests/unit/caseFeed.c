@@ -208,6 +208,18 @@ static void refused_feeds(void **unused)
                "outlets.drain.region: lies outside the domain");
     refused_in(&f, fed, "outlets { drain { region", "outlets { drain { shape",
                "outlets.drain.region: missing");
+    /* in the solid of a wall */
+    refused_in(
+        &f, fed, "outlets {",
+        "walls { lid { material glass; shape { type box; min (-1 -1 .29); max (1 1 1); } } }\n"
+        "outlets {",
+        "feeders.chute.region: lies wholly in the solid of the wall 'lid'; is its 'inside' "
+        "wrong?");
+    refused_in(&f, fed, "outlets {",
+               "walls { drum { material glass; shape { type cylinder; point1 (-1 .1 0); point2 (1 "
+               ".1 0); radius .3; }\n"
+               "motion { type rotation; axis (1 0 0); origin (0 .1 0); rpm 5; } } }\noutlets {",
+               "insertion.bed.region: lies wholly in the solid of the wall 'drum'");
     /* not at the same time: no overlap */
     case_dem dem;
     char *later = replaced(fed, "max (.1 .2 .01); } begin 2", "max (.1 .2 .31); } begin 7");
