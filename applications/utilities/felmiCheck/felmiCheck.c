@@ -241,11 +241,16 @@ static const char indent[] = "           ";
 static void print_materials(const case_dem *dem)
 {
     const dem_param *p = &dem->param;
-    printf("materials  %-16s %14s %18s %13s\n", "", "density kg/m3", "youngsModulus Pa",
-           "poissonRatio");
-    for (size_t i = 0; i < p->n_material; i++)
-        printf("           %-16s %14g %18g %13g\n", p->material[i].name, p->material[i].density,
-               p->material[i].youngs_modulus, p->material[i].poisson_ratio);
+    const int elastic = p->law == DEM_HERTZ;
+    printf("materials  %-16s %14s", "", "density kg/m3");
+    if (elastic) printf(" %18s %13s", "youngsModulus Pa", "poissonRatio");
+    putchar('\n');
+    for (size_t i = 0; i < p->n_material; i++) {
+        const dem_material *m = &p->material[i];
+        printf("           %-16s %14g", m->name, m->density);
+        if (elastic) printf(" %18g %13g", m->youngs_modulus, m->poisson_ratio);
+        putchar('\n');
+    }
     print_contacts(p);
     print_lines("walls", case_describe_walls(dem, indent));
     print_lines("feeders", case_describe_feeders(dem, indent));
