@@ -170,14 +170,19 @@ static void fill_brick(band *b, const surface *s, size_t i, uint32_t *hint)
         b->value[i][n] = surface_sample(s, c[3], x, &veiled, hint);
         hidden[n] = (unsigned char)veiled;
     }
-    /* a cell is hidden when all its corners are */
+    /* A cell is hidden when all its corners are. Across a ridge both parts have their feet on the
+     * edge and the same distance: in a cell that is for either, the first of the two answers. */
     memset(b->hidden[i], 0, sizeof b->hidden[i]);
     for (int cell = 0; cell < BRICK * BRICK * BRICK; cell++) {
         const int n = (cell / (BRICK * BRICK) * ROW + cell / BRICK % BRICK) * ROW + cell % BRICK;
-        int all = 1;
-        for (int corner = 0; corner < 8 && all; corner++)
-            all = hidden[n + (corner & 1) + (corner >> 1 & 1) * ROW + (corner >> 2) * ROW * ROW];
-        if (all) b->hidden[i][cell / 64] |= (uint64_t)1 << (cell % 64);
+        int all = 1, later = 0;
+        for (int corner = 0; corner < 8; corner++) {
+            const int h =
+                hidden[n + (corner & 1) + (corner >> 1 & 1) * ROW + (corner >> 2) * ROW * ROW];
+            all &= h != 0;
+            later |= h == 2;
+        }
+        if (all || later) b->hidden[i][cell / 64] |= (uint64_t)1 << (cell % 64);
     }
 }
 

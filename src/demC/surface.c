@@ -126,7 +126,8 @@ static int find_normals(builder *b)
         cross(e[0], e[1], n);
         const double twice = sqrt(dot(n, n));
         if (!(twice > FLAT * longest2) && flat++ == 0) first = t;
-        for (int k = 0; k < 3; k++) b->normal[t][k] = n[k] / twice;
+        /* No 0/0 for a flat one, which is refused below: some programs trap it. */
+        for (int k = 0; k < 3; k++) b->normal[t][k] = twice > 0 ? n[k] / twice : 0;
     }
     if (flat == 0) return 0;
     const double *x = b->x[b->vertex[first][0]];
@@ -230,7 +231,7 @@ static void builder_free(builder *b)
     free(b->vertex);
     free(b->normal);
     free(b->mate);
-    free(b->crease);
+    free(b->bend);
     free(b->label);
     free(b->place);
     free(b->base);
@@ -249,13 +250,13 @@ surface *surface_new(const soup *soup, const char *name, int inside, int mend, d
     b.vertex = table(n, sizeof *b.vertex);
     b.normal = table(n, sizeof *b.normal);
     b.mate = table(n, sizeof *b.mate);
-    b.crease = table(n, sizeof *b.crease);
+    b.bend = table(n, sizeof *b.bend);
     b.label = table(n, sizeof *b.label);
     b.place = table(n, sizeof *b.place);
     b.base = table(3 * n, sizeof *b.base);
     b.edges = table(3 * n, sizeof *b.edges);
     int status = 0;
-    if (!s || !b.x || !b.vertex || !b.normal || !b.mate || !b.crease || !b.label || !b.place ||
+    if (!s || !b.x || !b.vertex || !b.normal || !b.mate || !b.bend || !b.label || !b.place ||
         !b.base || !b.edges)
         status = refuse(&b, "out of memory");
     if (!status) status = weld_corners(&b, soup);

@@ -37,7 +37,7 @@ typedef struct surface {
     double (*x)[3];           /* [n_vertex], m */
     double (*tip)[3];         /* [n_vertex], angle-weighted normal of the whole surface there */
     double (*own)[3];         /* [n_vertex], the same of its part; neither of unit length */
-    unsigned char *on_crease; /* [n_vertex], an edge from it parts the surface */
+    unsigned char *on_crease; /* [n_vertex], ON_CREASE, ON_RIDGE: edges from it part the surface */
 
     size_t n; /* triangles, sorted by part, then by leaf of the tree */
     uint32_t (*vertex)[3];
@@ -65,6 +65,20 @@ surface *surface_new(const soup *s, const char *name, int inside, int mend, doub
 surface *surface_turned(const surface *s);
 void surface_free(surface *s);
 size_t surface_memory(const surface *s);
+
+/* Edges that part the surface: it bends towards the free side, or away from it. */
+enum { ON_CREASE = 1, ON_RIDGE = 2 };
+
+/* Whether the edge k of t, which parts the surface, is a ridge. */
+static inline int surface_is_ridge(const surface *s, size_t t, int k)
+{
+    const int32_t u = ACROSS - s->beyond[t][k];
+    const double *a = s->x[s->vertex[t][k]], *n = s->normal[t];
+    double height = 0.;
+    for (int v = 0; v < 3; v++)
+        for (int i = 0; i < 3; i++) height += (s->x[s->vertex[u][v]][i] - a[i]) * n[i];
+    return height < 0.;
+}
 
 /* The nearest point of a part. */
 typedef struct surface_hit {

@@ -24,10 +24,10 @@ typedef struct builder {
     uint32_t (*vertex)[3];              /* [n], welded */
     double (*normal)[3];                /* [n] */
     int32_t (*mate)[3];                 /* [n]: triangle across an edge, or RIM */
-    unsigned char (*crease)[3];
-    uint32_t *label; /* [n]: union-find, then part */
-    uint32_t *place; /* [n]: of a triangle when sorted by part */
-    uint32_t *base;  /* [n_vertex of the surface]: welded vertex */
+    signed char (*bend)[3];             /* [n]: how the surface bends there */
+    uint32_t *label;                    /* [n]: union-find, then part */
+    uint32_t *place;                    /* [n]: of a triangle when sorted by part */
+    uint32_t *base;                     /* [n_vertex of the surface]: welded vertex */
     edge *edges;
 } builder;
 

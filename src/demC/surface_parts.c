@@ -2,12 +2,20 @@
 /**
  * surface_parts.c - a surface of triangles: parted at its concave creases.
  *
- * Triangles are joined across every edge but those where the surface, seen from the free
- * side, bends towards the viewer by more than feature_angle; what hangs together is a part. A box
- * seen from within has six, from outside one; a drum of many facets one, its lifters one each. A
- * vertex on a crease is there once for each part, with the normal of the part, in which it goes on
- * beyond its end, and that of the whole surface, which tells the side (a crease may end at a vertex
- * that sticks out).
+ * Triangles are joined across every edge but those where the surface, seen from the free side,
+ * bends towards the viewer by more than feature_angle; what hangs together is a part. A box seen
+ * from within has six, from outside one; a drum of many facets one, its lifters one each.
+ *
+ * The two sides of a crease may hang together round some ridge, where the surface bends away as
+ * sharply: those of a bin of thick sheets, round its rim. One contact could not feel both, and a
+ * sphere in the corner would never come to rest. So patches without sharp edges are made first, and
+ * those on both sides of a ridge are joined one after the other, unless a crease lies between what
+ * they already hang together with. Lists of creases are merged into the longer one, which costs
+ * n log n.
+ *
+ * A vertex on an edge that parts is there once for each part, with the normal of the part, in which
+ * it goes on beyond its end, and that of the whole surface, which tells the side (a crease may end
+ * at a vertex that sticks out).
  */
 #include "surface_build.h"
 
@@ -36,8 +44,10 @@ static void join(uint32_t *label, uint32_t a, uint32_t b)
         label[a] = b;
 }
 
-/* Whether the surface bends towards the free side from t across its edge k to u, and sharply. */
-static int is_crease(const builder *b, size_t t, int k, size_t u)
+enum { RIDGE = -1, SMOOTH, CREASE };
+
+/* How the surface bends from t across its edge k to u, seen from the free side. */
+static int bend_of(const builder *b, size_t t, int k, size_t u)
 {
     double across[3] = {0., 0., 0.}, bend[3];
     const uint32_t a = b->vertex[t][k], c = b->vertex[t][(k + 1) % 3];
@@ -48,24 +58,100 @@ static int is_crease(const builder *b, size_t t, int k, size_t u)
     }
     cross(b->normal[t], b->normal[u], bend);
     const double angle = atan2(sqrt(dot(bend, bend)), dot(b->normal[t], b->normal[u]));
-    return angle > b->angle && dot(across, b->normal[t]) > 0.;
+    if (!(angle > b->angle)) return SMOOTH;
+    return dot(across, b->normal[t]) > 0. ? CREASE : RIDGE;
 }
 
-/* Label the triangles with their parts, numbered by their first triangles: how many. */
-static int find_parts(builder *b)
+/* Patches: what hangs together without sharp edges. */
+static void find_patches(builder *b)
 {
     for (size_t t = 0; t < b->n; t++) b->label[t] = (uint32_t)t;
     for (size_t t = 0; t < b->n; t++)
         for (int k = 0; k < 3; k++) {
             const int32_t u = b->mate[t][k];
-            b->crease[t][k] = u >= 0 && is_crease(b, t, k, (size_t)u);
-            if (u >= 0 && !b->crease[t][k]) join(b->label, (uint32_t)t, (uint32_t)u);
+            b->bend[t][k] = u >= 0 ? (signed char)bend_of(b, t, k, (size_t)u) : SMOOTH;
+            if (u >= 0 && b->bend[t][k] == SMOOTH) join(b->label, (uint32_t)t, (uint32_t)u);
         }
     for (size_t i = 0, j; i < b->n_edge; i = j) { /* edges of many triangles do not part */
         const edge *e = &b->edges[i];
         for (j = i + 1; j < b->n_edge && b->edges[j].a == e->a && b->edges[j].b == e->b;) j++;
         for (size_t k = 1; j - i > 2 && k < j - i; k++) join(b->label, e->triangle, e[k].triangle);
     }
+}
+
+/* Creases of what hangs together below a root: a list through the edges 3 t + k of the triangles on
+ * this side. */
+typedef struct creases {
+    size_t *first, *last; /* [triangles], of roots; NONE: empty */
+    size_t *count;
+    size_t *next; /* [3 * triangles] */
+} creases;
+
+static const size_t NONE = SIZE_MAX;
+
+static void creases_free(creases *c)
+{
+    free(c->first);
+    free(c->last);
+    free(c->count);
+    free(c->next);
+}
+
+static int list_creases(builder *b, creases *c)
+{
+    c->first = malloc(b->n * sizeof *c->first + 1);
+    c->last = malloc(b->n * sizeof *c->last + 1);
+    c->count = calloc(b->n + 1, sizeof *c->count);
+    c->next = malloc(3 * b->n * sizeof *c->next + 1);
+    if (!c->first || !c->last || !c->count || !c->next) return -1;
+    for (size_t t = 0; t < b->n; t++) c->first[t] = c->last[t] = NONE;
+    for (size_t e = 0; e < 3 * b->n; e++) {
+        c->next[e] = NONE;
+        if (b->bend[e / 3][e % 3] != CREASE) continue;
+        const uint32_t r = root_of(b->label, (uint32_t)(e / 3));
+        if (c->first[r] == NONE)
+            c->first[r] = e;
+        else
+            c->next[c->last[r]] = e;
+        c->last[r] = e;
+        c->count[r]++;
+    }
+    return 0;
+}
+
+/* Join what is below two roots, unless a crease lies between. */
+static void join_roots(builder *b, creases *c, uint32_t p, uint32_t q)
+{
+    if (p == q) return;
+    const uint32_t shorter = c->count[p] < c->count[q] ? p : q, other = shorter == p ? q : p;
+    for (size_t e = c->first[shorter]; e != NONE; e = c->next[e])
+        if (root_of(b->label, (uint32_t)b->mate[e / 3][e % 3]) == other) return;
+    join(b->label, p, q);
+    const uint32_t root = p < q ? p : q, gone = p < q ? q : p;
+    if (c->first[root] == NONE)
+        c->first[root] = c->first[gone];
+    else
+        c->next[c->last[root]] = c->first[gone];
+    if (c->last[gone] != NONE) c->last[root] = c->last[gone];
+    c->count[root] += c->count[gone];
+}
+
+/* Label the triangles with their parts, numbered by their first triangles: how many; 0: out of
+ * memory. */
+static int find_parts(builder *b)
+{
+    creases c = {NULL, NULL, NULL, NULL};
+    find_patches(b);
+    if (list_creases(b, &c)) {
+        creases_free(&c);
+        return 0;
+    }
+    for (size_t t = 0; t < b->n; t++)
+        for (int k = 0; k < 3; k++)
+            if (b->bend[t][k] == RIDGE)
+                join_roots(b, &c, root_of(b->label, (uint32_t)t),
+                           root_of(b->label, (uint32_t)b->mate[t][k]));
+    creases_free(&c);
     for (size_t t = 0; t < b->n; t++) b->label[t] = root_of(b->label, (uint32_t)t);
     int parts = 0;
     for (size_t t = 0; t < b->n; t++) /* a root is the lowest of its part */
@@ -140,7 +226,11 @@ static void measure(const builder *b, surface *s, double (*whole)[3])
             cross(a, c, n);
             const double twice = sqrt(dot(n, n)), angle = atan2(twice, dot(a, c));
             if (k == 0) s->measure += .5 * twice;
-            if (s->beyond[t][k] <= ACROSS) s->on_crease[v] = s->on_crease[w] = 1;
+            if (s->beyond[t][k] <= ACROSS) {
+                const unsigned char kind = surface_is_ridge(s, t, k) ? ON_RIDGE : ON_CREASE;
+                s->on_crease[v] |= kind;
+                s->on_crease[w] |= kind;
+            }
             for (int i = 0; i < 3; i++) {
                 s->own[v][i] += angle * s->normal[t][i];
                 whole[b->base[v]][i] += angle * s->normal[t][i];
@@ -217,6 +307,7 @@ int surface_assemble(builder *b, surface *s)
 {
     s->n = b->n;
     s->parts = find_parts(b);
+    if (s->parts == 0) return -1;
     s->x = table(3 * s->n, sizeof *s->x);
     s->tip = table(3 * s->n, sizeof *s->tip);
     s->own = table(3 * s->n, sizeof *s->own);

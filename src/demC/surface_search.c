@@ -11,8 +11,8 @@
  * was mended, by the winding number w = sum Omega_i / 4 pi of the solid angles of its triangles
  * (Van Oosterom & Strackee), of far nodes of the tree by their dipole (Barill et al.).
  *
- * A part is hidden at x where its nearest point lies on a crease and a part that shares the crease
- * is nearer: x is beyond the end of the part. It is also hidden where x lies behind it and any
+ * A part is hidden at x where its nearest point lies on an edge between parts and one that shares
+ * it is nearer: x is beyond the end of the part. It is also hidden where x lies behind it and any
  * other part is nearer, as with the far side of a thin wall. What is left has the smallest distance
  * over the parts equal to the distance of the whole surface, and all of it is positive in free
  * space.
@@ -33,7 +33,7 @@ enum { LEAF = 4, STACK = 128 }; /* triangles; twice the depth of a tree of 2^64 
 /* Distance over radius of a node beyond which its dipole stands for it: Barill et al., section 4 */
 static const double FAR = 2.;
 /* Relative difference of squared distances that rounding makes. */
-static const double TIE = 1e-12;
+static const double TIE = 1e-9;
 static const double PI = 3.14159265358979323846;
 
 static double dot(const double a[3], const double b[3])
@@ -392,6 +392,14 @@ static int is_on_crease(const surface *s, const surface_hit *hit)
     return s->on_crease[s->vertex[hit->triangle][hit->feature]];
 }
 
+/* On an edge or vertex where the surface is parted though it sticks out there. */
+static int is_on_ridge(const surface *s, const surface_hit *hit)
+{
+    if (!is_on_crease(s, hit)) return 0;
+    if (hit->feature > 2) return surface_is_ridge(s, hit->triangle, hit->feature - 3);
+    return s->on_crease[s->vertex[hit->triangle][hit->feature]] & ON_RIDGE;
+}
+
 static int is_free(const surface *s, const double x[3], double height)
 {
     if (!s->mended) return height >= 0.;
@@ -416,48 +424,67 @@ static double signed_distance(const surface *s, const surface_hit *hit, const do
     return sign * distance;
 }
 
-/* Whether a part other than `part` is nearer to x than sqrt(d2), or as near and before it. */
-static int other_answers(const surface *s, int part, const double x[3], double d2, int touching)
+/* The part, but for `part`, that is nearer to x than sqrt(*least), or as near and before it, and
+ * the nearest of those; -1: none. *least becomes the square of its distance. */
+static int other_answers(const surface *s, int part, const double x[3], double *least, int touching)
 {
     const size_t begin = touching ? s->touching_first[part] : 0,
                  end = touching ? s->touching_first[part + 1] : (size_t)s->parts;
+    int nearest = -1;
     for (size_t i = begin; i < end; i++) {
         const int q = touching ? s->touching[i] : (int)i;
         if (q == part) continue;
-        surface_hit h = {.d2 = d2 * (touching && q < part ? 1. + TIE : 1. - TIE)};
-        if (search(s, s->root[q], x, &h)) return 1;
+        surface_hit h = {.d2 =
+                             *least * (nearest < 0 && touching && q < part ? 1. + TIE : 1. - TIE)};
+        if (!search(s, s->root[q], x, &h)) continue;
+        nearest = q;
+        *least = h.d2;
+        if (!touching) break;
     }
-    return 0;
+    return nearest;
 }
 
-/* Signed distance of a part from its nearest point, and whether it is hidden there. */
+/* Signed distance of a part from its nearest point; which part answers there, and how far it is. */
 static double eval_hit(const surface *s, int part, const surface_hit *hit, const double x[3],
-                       double g[3], int *hidden)
+                       double g[3], int *answers, double *distance)
 {
+    double d2 = hit->d2;
     const double phi = signed_distance(s, hit, x, g);
-    *hidden = 0;
+    *answers = part;
+    *distance = fabs(phi);
     if (s->parts == 1) return phi;
-    if (is_on_crease(s, hit)) *hidden = other_answers(s, part, x, hit->d2, 1);
-    if (!*hidden && phi < 0.) *hidden = other_answers(s, part, x, hit->d2, 0);
+    int other = is_on_crease(s, hit) ? other_answers(s, part, x, &d2, 1) : -1;
+    if (other < 0 && phi < 0.) other = other_answers(s, part, x, &d2, 0);
+    if (other >= 0) *answers = other;
+    if (other >= 0) *distance = sqrt(d2);
     return phi;
 }
 
 double surface_eval(const surface *s, int part, const double x[3], double g[3], int *hidden)
 {
     surface_hit hit = {.d2 = INFINITY};
+    int answers;
+    double distance;
     search(s, s->root[part], x, &hit);
-    return eval_hit(s, part, &hit, x, g, hidden);
+    const double phi = eval_hit(s, part, &hit, x, g, &answers, &distance);
+    *hidden = answers != part;
+    return phi;
 }
 
 double surface_sample(const surface *s, int part, const double x[3], int *hidden, uint32_t *hint)
 {
     surface_hit hit;
-    double g[3], d[3];
+    double g[3], d[3], distance;
+    int answers;
     nearest_of_triangle(s, *hint, x, &hit);
     search(s, s->root[part], x, &hit);
     *hint = hit.triangle;
-    const double phi = eval_hit(s, part, &hit, x, g, hidden);
-    if (!is_on_crease(s, &hit) || (!*hidden && phi >= 0.)) return phi;
+    const double phi = eval_hit(s, part, &hit, x, g, &answers, &distance);
+    const int ridge = is_on_ridge(s, &hit);
+    *hidden = answers == part ? 0 : ridge && answers < part ? 2 : 1;
+    /* In cells on both sides of a ridge one part stands for both: no step where the next begins. */
+    if (ridge && *hidden) return distance;
+    if (ridge || !is_on_crease(s, &hit) || (!*hidden && phi >= 0.)) return phi;
     const double *n =
         hit.feature < 3 ? s->own[s->vertex[hit.triangle][hit.feature]] : s->normal[hit.triangle];
     minus(x, hit.y, d);
