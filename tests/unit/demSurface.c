@@ -411,12 +411,57 @@ static void test_mended(void **state)
     body_free(&b);
 }
 
+/* Next to the tip of a needle one of whose faces is cut in many: the side is told by normals that
+ * are weighted by angles; by the number of triangles that face would outvote the others. */
+static void test_needle(void **state)
+{
+    (void)state;
+    enum { SLIVERS = 60 };
+    const double tip[3] = {.02, .03, 1.}, a[3] = {-.1, -.1, 0.}, c[3] = {.1, -.1, 0.},
+                 d[3] = {0., .12, 0.};
+    body b = {0, 0, NULL};
+    for (int i = 0; i < SLIVERS; i++) {
+        double p[3], q[3];
+        for (int k = 0; k < 3; k++) {
+            p[k] = a[k] + (c[k] - a[k]) * i / SLIVERS;
+            q[k] = a[k] + (c[k] - a[k]) * (i + 1) / SLIVERS;
+        }
+        add_triangle(&b, p, q, tip);
+        add_triangle(&b, q, p, d);
+    }
+    add_triangle(&b, c, d, tip);
+    add_triangle(&b, d, a, tip);
+    assert_true(body_volume(&b) > 0.);
+    dem_sdf *s = stl_shape(&b, 0);
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    int beyond = 0;
+    for (int q = 0; q < 4000; q++) {
+        double x[3], to_a = 0., to_c = 0., to_d = 0., far = 0.;
+        for (int k = 0; k < 3; k++) {
+            const double u = 2. * gsl_rng_uniform(rng) - 1.;
+            x[k] = tip[k] + .05 * u;
+            far += .05 * u * .05 * u;
+            to_a += u * (a[k] - tip[k]);
+            to_c += u * (c[k] - tip[k]);
+            to_d += u * (d[k] - tip[k]);
+        }
+        if (to_a > 0. || to_c > 0. || to_d > 0.) continue; /* nearer to an edge or a face */
+        beyond++;
+        assert_near(dem_sdf_distance(s, x), sqrt(far), 1e-14);
+    }
+    assert_true(beyond > 1000);
+    gsl_rng_free(rng);
+    dem_sdf_free(s);
+    body_free(&b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nearest),  cmocka_unit_test(test_parts),
-        cmocka_unit_test(test_no_steps), cmocka_unit_test(test_thin_wall),
-        cmocka_unit_test(test_refined),  cmocka_unit_test(test_mended),
+        cmocka_unit_test(test_nearest),   cmocka_unit_test(test_needle),
+        cmocka_unit_test(test_parts),     cmocka_unit_test(test_no_steps),
+        cmocka_unit_test(test_thin_wall), cmocka_unit_test(test_refined),
+        cmocka_unit_test(test_mended),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
