@@ -373,9 +373,10 @@ dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const doubl
 
 /* The limits on the DEM time step, s (infinite where one does not apply). */
 typedef struct dem_limits {
-    double contact;  /* linear: 2 pi sqrt(m/k) / Omega; Hertz: 2 contact times / Omega at the speed
-                        max(2 * fastest, sqrt(|g| d), impact_speed, speed at which the largest
-                        overlap present drives apart), or the Rayleigh limit if that is zero */
+    double
+        contact;     /* linear: 2 pi sqrt(m/k) / Omega; Hertz: 2 contact times / Omega at the speed
+                        max(2 * fastest particle or wall, sqrt(|g| d), impact_speed, speed at which the
+                        largest     overlap present drives apart), or the Rayleigh limit if that is zero */
     double rayleigh; /* .2 of the Rayleigh time, DEM_HERTZ only; reported, not imposed */
     double wall;     /* a tenth of the smallest radius at the speed of the fastest wall */
     double skin;     /* half the skin at the speed of the fastest particle; reported, not imposed */
@@ -434,7 +435,7 @@ typedef struct dem_report {
     double fed_mass, removed_mass; /* kg, likewise */
     double fed_momentum[3], removed_momentum[3]; /* kg m/s, likewise */
     double removed_impulse[3]; /* what the outside force gave to those removed, N s, likewise */
-    dem_energy energy;                           /* zeros unless param.balance */
+    dem_energy energy;         /* zeros unless param.balance */
     /* about the origin, kg m2/s, unless param.balance is 0: of the particles; given in the last
      * advance by walls, gravity and outside force; meaningless with periodic sides */
     double angular_momentum[3], wall_angular[3], gravity_angular[3], outside_angular[3];

@@ -8,10 +8,10 @@
  * Hertz: two contact times, which is the period of the half oscillation, over Omega. The time of
  * an elastic contact at the speed v is 2.943275 d_max/v (Hertz; 2.943275 = 4 sqrt(pi)/5
  * Gamma(2/5)/Gamma(9/10)), with d_max = (15 m v^2/(16 E* sqrt R))^(2/5). v is the largest of
- * twice the speed of the fastest particle, the speed gained falling by a diameter, sqrt(|g| d),
- * param.impact_speed, and the speed that the largest overlap present stands for: the one at which
- * it would be d_max, and at which it drives its spheres apart. Without any of them, with nothing
- * that moves, falls or touches, the Rayleigh limit takes its place.
+ * twice the speed of the fastest particle or wall, the speed gained falling by a diameter, sqrt(|g|
+ * d), param.impact_speed, and the speed that the largest overlap present stands for: the one at
+ * which it would be d_max, and at which it drives its spheres apart. Without any of them, with
+ * nothing that moves, falls or touches, the Rayleigh limit takes its place.
  *
  * Elastic-plastic rolling: 2 pi sqrt(I/k_r)/Omega with the effective inertia, less for its damping.
  *
@@ -73,7 +73,8 @@ static double impact_speed(const dem_sim *sim)
     const double *g = sim->gravity;
     double fall = sqrt(sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]) * 2 *
                        fmax(sim->largest_radius, sim->coming_radius));
-    return fmax(fmax(2 * fmax(sim->speed, sim->coming_speed), fall), sim->impact_speed);
+    double fastest = fmax(fmax(sim->speed, sim->coming_speed), walls_speed(&sim->walls, sim->time));
+    return fmax(fmax(2 * fastest, fall), sim->impact_speed);
 }
 
 static smallest smallest_of(const dem_sim *sim, int material)

@@ -266,7 +266,9 @@ static contact_force touch(wall_forces *job, const walls *w, const particles *p,
     const wall_body *body = &w->body[e->wall];
     const double *x = p->pos[e->particle], *v = p->vel[e->particle], r = x[3];
     double steep = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-    double nx = g[0] / steep, ny = g[1] / steep, nz = g[2] / steep;
+    /* On the medial surface of a sampled sheet the gradient may vanish, and the force with it. */
+    double per = steep > 0 ? 1 / steep : 0;
+    double nx = g[0] * per, ny = g[1] * per, nz = g[2] * per;
     double u[3] = {0, 0, 0}; /* of the surface */
     if (body->moves) {
         const double h = .5 * job->dt; /* see wall_motion.c */

@@ -230,12 +230,35 @@ static void skin(void **state)
     dem_free(r.sim);
 }
 
+/* A plate that comes with 4.3 m/s counts like a ball of that speed: Galilei. */
+static void coming_wall(void **state)
+{
+    (void)state;
+    const double m = sphere_mass(R, 2500), E = 3e7, nu = .3, v = 4.3;
+    rig r;
+    rig_init(&r, DEM_HERTZ, .5);
+    rig_hertz(&r, E, nu, 2500);
+    rig_pairs(&r, 1, 0, 1, 1);
+    rig_floor(&r);
+    dem_motion motion = dem_motion_default();
+    motion.kind = DEM_TRANSLATION;
+    motion.vector[2] = v;
+    r.wall[0].n_motion = 1;
+    r.wall[0].motion = &motion;
+    memset(r.param.gravity, 0, sizeof r.param.gravity);
+    rig_start(&r);
+    rig_ball(&r, R, 0, 0, .1, 0, 0, 0);
+    assert_close(dem_time_limits(r.sim).contact, hertz_period(m, R, E / (1 - nu * nu), 2 * v) / 20,
+                 1e-6);
+    dem_free(r.sim);
+}
+
 int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
     const struct CMUnitTest tests[] = {cmocka_unit_test(of_pairs), cmocka_unit_test(stability),
-                                       cmocka_unit_test(rolling), cmocka_unit_test(fixed),
-                                       cmocka_unit_test(skin)};
+                                       cmocka_unit_test(rolling),  cmocka_unit_test(fixed),
+                                       cmocka_unit_test(skin),     cmocka_unit_test(coming_wall)};
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
     return failed;
