@@ -52,7 +52,7 @@ static const variant VARIANT[] = {
      .balance = 1,
      .uneven = 1,
      .least = 100},
-    {.name = "feeding", .law = DEM_LINEAR, .feeding = 1, .uneven = 1, .balance = 1, .least = 100},
+    {.name = "feeding", .law = DEM_LINEAR, .feeding = 1, .uneven = 1, .balance = 1, .least = 60},
     {.name = "triangles", .law = DEM_HERTZ, .triangles = 1, .least = 100},
     {.name = "outside", .law = DEM_LINEAR, .outside = 1, .least = 100},
 };
