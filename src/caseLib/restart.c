@@ -40,7 +40,8 @@ double case_restart_latest(const char *directory, double most, char name[CASE_NA
     DIR *folder = opendir(path);
     for (struct dirent *e = folder ? readdir(folder) : NULL; e != NULL; e = readdir(folder)) {
         const double time = number_of(e->d_name);
-        if (!(time <= most) || time <= found) continue;
+        /* NAN is not a number of these: the macros compare it without a trap of OpenFOAM's. */
+        if (!islessequal(time, most) || islessequal(time, found)) continue;
         found = time;
         snprintf(name, CASE_NAME, "%.*s", CASE_NAME - 1, e->d_name);
     }
@@ -61,7 +62,7 @@ void case_find_restart(const char *directory, case_control *control)
     }
     char name[CASE_NAME];
     const double time = case_restart_latest(directory, most, name);
-    if (!(time >= least)) return;
+    if (!isgreaterequal(time, least)) return;
     snprintf(control->restart, sizeof control->restart, "%s", name);
     control->start_time = time;
 }
@@ -88,7 +89,7 @@ int case_set_restarts_aside(const char *directory, const case_control *control)
     int moved = 0;
     for (;;) {
         const double time = case_restart_latest(directory, INFINITY, name);
-        if (!(time > after)) return moved;
+        if (!isgreater(time, after)) return moved;
         if (moved == 0) {
             if (mkdir(to, 0777) != 0 && errno != EEXIST) return -1;
             empty(to);

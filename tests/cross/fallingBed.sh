@@ -6,20 +6,14 @@
 # blown in, 1.875 m/s, within 2 %. The bed falls at .2 m/s then: without the change of the void
 # fraction in time the flux would be 3 % off, and the pressure drop 5 %.
 set -e
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
+. "$(dirname "$0")/../functions"
 command -v felmiFoam >/dev/null || exit 77
-
-work=$1/cross/fallingBed
-rm -rf "$work"
 for run in foam mac; do
-    mkdir -p "$work/$run"
-    cp -r "$here"/tutorials/goldschmidtBed/{0,constant,system} "$work/$run"
+    mkdir $run
+    (cd $run && copyTutorial goldschmidtBed 0 constant system)
     sed -i 's/^endTime .*/endTime 0.04;/; s/^writeInterval .*/writeInterval 0.04;/' \
-        "$work/$run/system/controlDict"
+        $run/system/controlDict
 done
-cd "$work"
 blockMesh -case foam >foam/log.blockMesh
 felmiFoam -case foam >foam/log.felmiFoam
 felmiMAC -case mac >mac/log.felmiMAC

@@ -4,17 +4,9 @@
 # of the net weight over the area, solvers within 2 % in pressure drop and 5 % in bed height, and
 # every balance of the ledger below 1e-12 in every step.
 set -e
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
-. "$here/tests/functions"
-
-work=$1/cross/goldschmidtBed
-rm -rf "$work"
-mkdir -p "$work"
-cp -r "$here"/tutorials/goldschmidtBed/. "$work"
-"$work/Allrun"
-cd "$work"
+. "$(dirname "$0")/../functions"
+copyTutorial goldschmidtBed
+./Allrun
 for run in foam mac; do
     [ -d $run ] && ledgerBelow 1e-12 $run/postProcessing/ledger/ledger.csv
 done

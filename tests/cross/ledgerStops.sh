@@ -4,15 +4,8 @@
 # of rounding, with a tolerance of 1e-30. Each solver stops in its first step, names the balance and
 # leaves the row that shows it.
 set -e
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
-
-work=$1/cross/ledgerStops
-rm -rf "$work"
-mkdir -p "$work"
-cp -r "$here"/tutorials/fixedBed/{0,constant,system} "$work"
-cd "$work"
+. "$(dirname "$0")/../functions"
+copyTutorial fixedBed 0 constant system
 echo 'velocity (0 0 1);' >velocity
 echo 'ledgerTolerance 1e-30;' >>constant/couplingProperties
 solvers=felmiMAC

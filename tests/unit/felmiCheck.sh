@@ -2,13 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What felmiCheck vouches for: a case of one box is read as felmiMAC reads it, with 0/U, 0/p and
 # fvSolution; a case without a box says what was not checked; the last line is true.
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
-work=$1/unit/felmiCheck
-rm -rf "$work"
-mkdir -p "$work"
-cd "$work" || exit 1
+. "$(dirname "$0")/../functions"
 bad=0
 
 # expect STATUS TEXT: exit status of felmiCheck on the case, and a text in what it prints

@@ -1,14 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The command line of felmiDEM and how it ends when something is wrong: status, message, no results.
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
-. "$here/tests/functions"
-work=$1/unit/felmiDEM
-rm -rf "$work"
-mkdir -p "$work"
-cd "$work" || exit 1
+. "$(dirname "$0")/../functions"
 bad=0
 
 # fresh: a short case

@@ -3,14 +3,7 @@
 # Restart of felmiDEM: an interrupted run leaves the same files as a straight one, to the last byte;
 # killed at random moments while it writes it always finds a whole file to go on from; nothing of an
 # earlier run is mistaken for its own or lost by an error.
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
-. "$here/tests/functions"
-work=$1/unit/felmiDEMRestart
-rm -rf "$work"
-mkdir -p "$work"
-cd "$work" || exit 1
+. "$(dirname "$0")/../functions"
 bad=0
 RANDOM=4711
 fail() { echo "$*"; bad=1; }

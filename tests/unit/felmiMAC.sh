@@ -2,14 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # felmiMAC from the command line: a channel without particles reaches its parabola, output falls on
 # the right times and OpenFOAM's tools read it; wrong conditions stop it with their message.
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
-. "$here/tests/functions"
-work=$1/unit/felmiMAC
-rm -rf "$work"
-mkdir -p "$work"
-cd "$work" || exit 1
+. "$(dirname "$0")/../functions"
 bad=0
 
 # dictionary FILE CLASS: the header, then the rest from standard input

@@ -2,14 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # felmiMAC with a feeder and an outlet: particles of two species are fed into gas at rest, fall
 # through it and are taken away; no particle at the start; every step of the ledger closes.
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
-. "$here/tests/functions"
-work=$1/unit/felmiMACfeed
-rm -rf "$work"
-mkdir -p "$work/case/0" "$work/case/constant" "$work/case/system"
-cd "$work" || exit 1
+. "$(dirname "$0")/../functions"
+mkdir -p case/0 case/constant case/system
 bad=0
 
 # dictionary FILE CLASS: the header, then the rest from standard input

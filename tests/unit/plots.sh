@@ -1,14 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The drawing tools draw what they are given, and say what is wrong with what they cannot.
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
+. "$(dirname "$0")/../functions"
 felmiPython -c '' || exit 77
-work=$1/unit/plots
-rm -rf "$work"
-mkdir -p "$work"
-cd "$work" || exit 1
 bad=0
 
 cp -r "$here"/tutorials/bouncingSpheres/{constant,system} .

@@ -3,15 +3,8 @@
 # felmiDEM from the dictionaries to the time series: DEM01 as the tutorial runs it. The first bounce of
 # both spheres within 1e-3 of the published numbers, and the files a user expects.
 set -e
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
-
-work=$1/verify/bouncingSpheres
-rm -rf "$work"
-mkdir -p "$work"
-cp -r "$here"/tutorials/bouncingSpheres/. "$work"
-cd "$work"
+. "$(dirname "$0")/../functions"
+copyTutorial bouncingSpheres
 felmiPython -c '' || exit 77
 ./Allrun
 [ -s bouncing.png ]

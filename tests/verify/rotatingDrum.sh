@@ -4,15 +4,8 @@
 # Torque on the drum = moment of the bed's weight to 1 %, power of the drum = what the contacts lose
 # to 3 %, and rolling resistance makes the slope steeper.
 set -e
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
+. "$(dirname "$0")/../functions"
 felmiPython -c '' || exit 77
-
-work=$1/verify/rotatingDrum
-rm -rf "$work"
-mkdir -p "$work"
-cp -r "$here"/tutorials/rotatingDrum/. "$work"
-cd "$work"
+copyTutorial rotatingDrum
 ./Allrun
 [ -s drum.png ] && [ -s drumBalance.png ]

@@ -3,16 +3,9 @@
 # Friction and rolling resistance from the dictionaries to the snapshots, as the tutorial runs it:
 # the 5/7 and 2/7 rules, the decay by rolling resistance and the motion on a slope to half a per cent.
 set -e
-here=$(cd "$(dirname "$0")/../.." && pwd)
-export FELMI_DIR=$here FELMI_BUILD=$1
-. "$here/etc/bashrc"
+. "$(dirname "$0")/../functions"
 felmiPython -c '' || exit 77
-
-work=$1/verify/slidingAndRolling
-rm -rf "$work"
-mkdir -p "$work"
-cp -r "$here"/tutorials/slidingAndRolling/. "$work"
-cd "$work"
+copyTutorial slidingAndRolling
 ./Allrun
 [ -s slidingAndRolling.png ]
 # The balls at rest or rolling straight on press on their lanes with their weight, m g = 0.2103587
