@@ -5,15 +5,6 @@
 . "$(dirname "$0")/../functions"
 bad=0
 
-# dictionary FILE CLASS: the header, then the rest from standard input
-dictionary()
-{
-    {
-        echo "FoamFile { version 2.0; format ascii; class $2; object $(basename "$1"); }"
-        cat
-    } >"case/$1"
-}
-
 # channel: length .2, height .01 m, 24 Pa over it, rho 1.3, nu 1e-3: mean velocity .7692 m/s
 channel()
 {

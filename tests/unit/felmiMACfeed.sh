@@ -6,15 +6,6 @@
 mkdir -p case/0 case/constant case/system
 bad=0
 
-# dictionary FILE CLASS: the header, then the rest from standard input
-dictionary()
-{
-    {
-        echo "FoamFile { version 2.0; format ascii; class $2; object $(basename "$1"); }"
-        cat
-    } >"case/$1"
-}
-
 dictionary system/blockMeshDict dictionary <<'END'
 vertices
 (
