@@ -95,12 +95,13 @@ static int read_pair(const particle_reader *reader, const case_dict *dict, int p
 }
 
 /* Where this model is not chosen its numbers would have no effect: a run without it is still a
- * good way to see what it does, so they may stay. */
+ * good way to see what it does, so they may stay. Nothing is said when the case has mistakes: the
+ * name of the model may be one. */
 static void note_unused(const particle_reader *reader, const case_dict *dict, const char *key,
                         int used, const char *model)
 {
     char path[512];
-    if (used || !case_has(dict, key)) return;
+    if (used || !case_has(dict, key) || case_errors_count(reader->errors) > 0) return;
     key_path(dict, key, path, sizeof path);
     case_note(reader->errors, dict->file, case_dict_line(dict, key), "%s: has no effect with %s",
               path, model);

@@ -52,7 +52,7 @@ static const variant VARIANT[] = {
      .balance = 1,
      .uneven = 1,
      .least = 100},
-    {.name = "feeding", .law = DEM_LINEAR, .feeding = 1, .uneven = 1, .balance = 1, .least = 60},
+    {.name = "feeding", .law = DEM_LINEAR, .feeding = 1, .uneven = 1, .balance = 1, .least = 100},
     {.name = "triangles", .law = DEM_HERTZ, .triangles = 1, .least = 100},
     {.name = "outside", .law = DEM_LINEAR, .outside = 1, .least = 100},
 };
@@ -175,7 +175,7 @@ static void box_init(box *b, const variant *v)
     memcpy(f->hi, end, sizeof end);
     f->n_species = 2;
     f->species = b->species;
-    f->mass_rate = .031;
+    f->mass_rate = .043;
     f->end = 1;
     f->mass = INFINITY;
     f->number = -1;

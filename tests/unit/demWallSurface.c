@@ -228,6 +228,33 @@ static void list_of_moving_triangles_is_never_short(void **state)
     assert_within(worst, 0, 1e-9);
 }
 
+/* In the middle of a sheet three samples thick the distance is the same all around: no direction to
+ * push, hence no force. Powers of two, so that the gradient there is zero to the last digit. */
+static void middle_of_a_sheet(void **state)
+{
+    (void)state;
+    const double h = 1. / 1024, radius = 2 * h;
+    body sheet = box_body((const double[3]){-32 * h, -32 * h, 0},
+                          (const double[3]){32 * h, 32 * h, 3 * h}, 2);
+    rig r;
+    rig_init(&r, DEM_LINEAR, .1);
+    rig_pairs(&r, .7, .4, 900, 1);
+    memset(r.param.gravity, 0, sizeof r.param.gravity);
+    dem_wall *w = stl_wall(&r, stl_shape(&sheet, 0));
+    body_free(&sheet);
+    rig_start(&r);
+    rig_ball(&r, radius, 0, 0, 1.5 * h, .3, 0, .2);
+    double gradient[3];
+    const double phi = dem_sdf_eval(w->shape, 0, (const double[3]){0, 0, 1.5 * h}, gradient);
+    assert_close(phi, -h, 1e-12);
+    assert_true(gradient[0] == 0 && gradient[1] == 0 && gradient[2] == 0);
+    assert_int_equal(dem_advance(r.sim, 1e-7, 1), DEM_OK);
+    const dem_view p = dem_particles(r.sim);
+    assert_true(p.v[0][0] == .3 && p.v[0][2] == .2);
+    for (int a = 0; a < 3; a++) assert_true(p.force[0][a] == 0 && p.omega[0][a] == 0);
+    dem_free(r.sim);
+}
+
 int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
@@ -236,6 +263,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(announced_sizes),
         cmocka_unit_test(weight_on_triangles),
         cmocka_unit_test(list_of_moving_triangles_is_never_short),
+        cmocka_unit_test(middle_of_a_sheet),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
