@@ -54,6 +54,7 @@ dem_param dem_param_default(void)
     p.law = DEM_LINEAR;
     p.steps_per_period = 20; /* thesis, section 2.1.1(3) */
     p.skin = .15;
+    p.imbalance = 1.1;
     return p;
 }
 
@@ -146,11 +147,12 @@ dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
     dem_sim *sim = *out = calloc(1, sizeof *sim);
     if (!sim) return DEM_NO_MEMORY;
     sim->comm = MPI_COMM_NULL;
-    int ranks;
-    MPI_Comm_size(comm, &ranks);
-    if (ranks > 1)
+    MPI_Comm_rank(comm, &sim->rank);
+    MPI_Comm_size(comm, &sim->ranks);
+    if (sim->ranks > 1)
         return fail(sim, DEM_BAD_ARGUMENT,
-                    "the communicator has %d ranks; this version computes particles on one", ranks);
+                    "the communicator has %d ranks; this version computes particles on one",
+                    sim->ranks);
     MPI_Comm_dup(comm, &sim->comm);
     dem_status status = check_param(sim, param);
     if (!status) status = copy_param(sim, param);

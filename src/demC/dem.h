@@ -298,7 +298,9 @@ typedef struct dem_param {
     double time_step;        /* largest DEM step, s; 0: from steps_per_period alone */
     double impact_speed;     /* m/s, floor of the speed that sets Hertz's contact time; 0: none */
     double skin;             /* Verlet skin / median diameter, default .15; > 0 */
-    const char *restart;     /* file of dem_write_restart to go on from, or NULL; see there */
+    double imbalance; /* several ranks: particles are divided anew among them when the busiest one
+                         works this many times as long as the mean; > 1, default 1.1 */
+    const char *restart; /* file of dem_write_restart to go on from, or NULL; see there */
 } dem_param;
 
 dem_param dem_param_default(void);
@@ -373,10 +375,10 @@ dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const doubl
 
 /* The limits on the DEM time step, s (infinite where one does not apply). */
 typedef struct dem_limits {
-    double
-        contact;     /* linear: 2 pi sqrt(m/k) / Omega; Hertz: 2 contact times / Omega at the speed
-                        max(2 * fastest particle or wall, sqrt(|g| d), impact_speed, speed at which the
-                        largest     overlap present drives apart), or the Rayleigh limit if that is zero */
+    double contact;  /* linear: 2 pi sqrt(m/k) / Omega; Hertz: 2 contact times / Omega at the speed
+                        max(2 * fastest particle or wall, sqrt(|g| d), impact_speed, speed at which
+                        the  largest     overlap present drives apart), or the Rayleigh limit if that
+                        is zero */
     double rayleigh; /* .2 of the Rayleigh time, DEM_HERTZ only; reported, not imposed */
     double wall;     /* a tenth of the smallest radius at the speed of the fastest wall */
     double skin;     /* half the skin at the speed of the fastest particle; reported, not imposed */
@@ -440,7 +442,11 @@ typedef struct dem_report {
      * advance by walls, gravity and outside force; meaningless with periodic sides */
     double angular_momentum[3], wall_angular[3], gravity_angular[3], outside_angular[3];
     int64_t rebuilds; /* neighbour lists built since dem_new */
-    double seconds_force, seconds_neighbour, seconds_other; /* wall-clock, in the last advance */
+    /* wall-clock in the last advance, of the rank that took longest for each */
+    double seconds_force, seconds_neighbour, seconds_exchange, seconds_other;
+    double imbalance;  /* work of the busiest rank over the mean, when last measured; 1 on one */
+    int64_t divisions; /* of the domain among the ranks, since dem_new */
+    int64_t ghosts;    /* particles that a rank has copies of, sum over the ranks */
 } dem_report;
 
 dem_report dem_last_report(const dem_sim *sim);

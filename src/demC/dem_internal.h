@@ -6,6 +6,7 @@
 #define DEM_INTERNAL_H
 
 #include "balance.h"
+#include "comm.h"
 #include "contact.h"
 #include "contact_extra.h"
 #include "feed.h"
@@ -25,6 +26,7 @@ typedef struct kept_numbers {
 
 struct dem_sim {
     MPI_Comm comm;
+    int rank, ranks;
     char message[512];
 
     /* copied from dem_param */
