@@ -87,8 +87,10 @@ static double elastic(const dem_sim *sim, spring_energy *s)
     *s = (spring_energy){0};
     double sum = 0;
     const neighbour *list = &sim->list;
-    for (size_t i = 0; i < sim->particles.n; i++)
-        for (size_t k = list->row[i]; k < list->row[i + 1]; k++) sum += pair_energy(sim, i, k, s);
+    for (size_t r = 0; r < list->n_row; r++) {
+        const size_t i = neighbour_slot(list, (uint32_t)r);
+        for (size_t k = list->row[r]; k < list->row[r + 1]; k++) sum += pair_energy(sim, i, k, s);
+    }
     sum +=
         walls_elastic(&sim->walls, &sim->particles, sim->table, sim->n_material, &sim->extras, s);
     return sum + s->tangential + s->turned;

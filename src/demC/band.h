@@ -40,7 +40,8 @@ void band_free(band *b);
 /* Build the hash table; 0, or -1: out of memory. */
 int band_index(band *b);
 
-/* Sample a surface; NULL in error, with the reason in `message`. */
+/* Sample a surface; NULL in error, with the reason in `message`. Collective where progress->sim has
+ * several ranks: they share the work, and in error all get NULL. */
 band *band_new(const surface *s, double spacing, double width, const sdf_progress *progress,
                char *message, size_t size);
 
@@ -49,5 +50,9 @@ band *band_new(const surface *s, double spacing, double width, const sdf_progres
 band *band_read(const surface *s, double spacing, double width, const char *directory,
                 char *message, size_t size);
 int band_write(const band *b, const surface *s, const char *directory, char *message, size_t size);
+/* Give all ranks of progress->sim what one of them has read; b is NULL on the others, and the
+ * result NULL on all if it is on that one, too. Consumes b. Collective. */
+band *band_share(band *b, const surface *s, double spacing, double width,
+                 const sdf_progress *progress, dem_status *status, char *message, size_t size);
 
 #endif

@@ -29,7 +29,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { VERSION = 2 }; /* of the layout, and of what band_new computes */
+enum { VERSION = 3 }; /* of the layout, and of what band_new computes */
 
 typedef struct key {
     uint64_t a, b;

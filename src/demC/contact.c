@@ -3,8 +3,8 @@
  * contact.c - history of touching pairs, carried over rebuilds and sorting.
  *
  * Matching goes through the permutation of the sort: the pair (i, j) becomes (place[i], place[j]);
- * then looked up in its row. Where the order within a
- * pair swaps, the springs, force and torque on the first of the two, change sign.
+ * then looked up in its row. Where the order of the rows within a pair swaps, the springs, force
+ * and torque on the first of the two, change sign.
  */
 #include "contact.h"
 
@@ -20,12 +20,12 @@ void contacts_free(contacts *c)
     memset(c, 0, sizeof *c);
 }
 
-dem_status contacts_save(contacts *c, const neighbour *list, size_t n)
+dem_status contacts_save(contacts *c, const neighbour *list)
 {
     c->n_saved = 0;
     if (!list->row || !c->touch) return DEM_OK;
     size_t touching = 0;
-    for (size_t k = 0; k < list->row[n]; k++) touching += c->touch[k];
+    for (size_t k = 0; k < list->row[list->n_row]; k++) touching += c->touch[k];
     if (touching > c->saved_capacity) {
         size_t room = touching + touching / 2;
         saved_contact *grown = realloc(c->saved, room * sizeof *grown);
@@ -33,13 +33,13 @@ dem_status contacts_save(contacts *c, const neighbour *list, size_t n)
         c->saved = grown;
         c->saved_capacity = room;
     }
-    for (size_t i = 0; i < n; i++)
-        for (size_t k = list->row[i]; k < list->row[i + 1]; k++) {
+    for (size_t r = 0; r < list->n_row; r++)
+        for (size_t k = list->row[r]; k < list->row[r + 1]; k++) {
             if (!c->touch[k]) continue;
             saved_contact *s = &c->saved[c->n_saved++];
             memcpy(s->spring, c->spring[k], sizeof s->spring);
             if (c->rolls) memcpy(s->rolling, c->rolling[k], sizeof s->rolling);
-            s->i = (uint32_t)i;
+            s->i = neighbour_slot(list, (uint32_t)r);
             s->j = list->entry[k] & NEIGHBOUR_MASK;
         }
     return DEM_OK;
@@ -75,9 +75,9 @@ void contacts_renumber(contacts *c, const uint32_t *place)
     c->n_saved = kept;
 }
 
-dem_status contacts_restore(contacts *c, const neighbour *list, size_t n)
+dem_status contacts_restore(contacts *c, const neighbour *list)
 {
-    size_t entries = list->row[n];
+    size_t entries = list->row[list->n_row];
     dem_status status = reserve(c, entries);
     if (status) return status;
     if (entries) {
@@ -90,14 +90,14 @@ dem_status contacts_restore(contacts *c, const neighbour *list, size_t n)
         const saved_contact *old = &c->saved[s];
         uint32_t i = list->place[old->i], j = list->place[old->j];
         double sign = 1;
-        if (i > j) {
+        if (neighbour_row(list, i) > neighbour_row(list, j)) {
             uint32_t swap = i;
             i = j;
             j = swap;
             sign = -1;
         }
         size_t k = neighbour_find(list, i, j);
-        if (k == list->row[i + 1]) continue;
+        if (k == list->row[neighbour_row(list, i) + 1]) continue;
         for (int a = 0; a < 4; a++) {
             double turn = a < 3 ? sign : 1;
             c->spring[k][a] = turn * old->spring[a];

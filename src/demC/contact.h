@@ -33,10 +33,10 @@ typedef struct contacts {
 
 void contacts_free(contacts *c);
 /* Remember the touching pairs of the list as it is. */
-dem_status contacts_save(contacts *c, const neighbour *list, size_t n);
+dem_status contacts_save(contacts *c, const neighbour *list);
 /* Particles have gone between the two: place[old] is a particle's new index, UINT32_MAX none. */
 void contacts_renumber(contacts *c, const uint32_t *place);
 /* Give every pair of the new list its history; list->place tells where particles went. */
-dem_status contacts_restore(contacts *c, const neighbour *list, size_t n);
+dem_status contacts_restore(contacts *c, const neighbour *list);
 
 #endif

@@ -109,7 +109,7 @@ static dem_status copy_param(dem_sim *sim, const dem_param *param)
     sim->impact_speed = param->impact_speed;
     sim->skin = param->skin;
     sim->fixed_step = param->fixed_step;
-    neighbour_init(&sim->list, sim->lo, sim->hi, sim->periodic);
+    neighbour_init(&sim->list, sim->lo, sim->hi, sim->periodic, sim->ranks > 1);
     dem_status status = copy_materials(sim, param);
     if (status) return status;
     choose_extras(sim, param);
@@ -223,6 +223,21 @@ double list_reach(const dem_sim *sim, int *uneven)
     return 2 * (*uneven ? sim->median_radius : sim->largest_radius) + sim->list.skin;
 }
 
+/* Whether no particle can have moved by half the skin since the list was built. */
+static int list_holds(dem_sim *sim)
+{
+    neighbour *list = &sim->list;
+    if (!list->valid) return 0;
+    /* Sum of the largest steps: an upper bound that costs nothing. Only when it is used up is the
+     * largest displacement looked for. A rebuild is due a little early, at .9 of skin/2, so that
+     * the search is not repeated in every one of the last steps. */
+    list->moved += sim->speed * sim->report.step;
+    if (list->moved < .5 * list->skin) return 1;
+    list->moved = neighbour_displacement(&sim->particles);
+    max_reals(sim, &list->moved, 1);
+    return list->moved < .45 * list->skin;
+}
+
 static dem_status rebuild(dem_sim *sim)
 {
     particles *p = &sim->particles;
@@ -232,12 +247,14 @@ static dem_status rebuild(dem_sim *sim)
     if (!status) status = check_crossing(sim);
     if (status || !p->n) return status;
     /* After particles came or went the histories are saved already, and the list no longer fits. */
-    if (list->valid && contacts_save(&sim->contacts, list, p->n)) return no_memory(sim);
+    if (list->valid && contacts_save(&sim->contacts, list)) return no_memory(sim);
     list->skin = sim->skin * 2 * sim->median_radius;
     sim->walls.slack = .5 * list->skin;
     int uneven;
-    if (neighbour_sort(list, p, list_reach(sim, &uneven)) || neighbour_fill(list, p, uneven) ||
-        contacts_restore(&sim->contacts, list, p->n) ||
+    neighbour_wrap(list, p);
+    const extent all = neighbour_extent(p);
+    if (neighbour_sort(list, p, &all, list_reach(sim, &uneven)) ||
+        neighbour_fill(list, p, uneven) || contacts_restore(&sim->contacts, list) ||
         walls_list(&sim->walls, p, .5 * list->skin, list->place))
         return no_memory(sim);
     sim->report.rebuilds++;
@@ -296,8 +313,7 @@ static dem_status step(dem_sim *sim, double dt, int last)
     double begin = MPI_Wtime();
     walls_move(&sim->walls, sim->time, dt);
     dem_status status = feeders_feed(sim, dt);
-    if (!status && p->n && !neighbour_holds(&sim->list, p, sim->speed * r->step))
-        status = rebuild(sim);
+    if (!status && p->n && !list_holds(sim)) status = rebuild(sim);
     if (status) return status;
     if (!p->n) return idle(sim, dt);
     if (!walls_hold(&sim->walls)) {

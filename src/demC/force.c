@@ -66,6 +66,7 @@ typedef struct arrays {
     double (*restrict force)[8];
     const int *restrict material;
     const size_t *restrict row;
+    const uint32_t *restrict slot; /* particle of a row, NULL: the same */
     const uint32_t *restrict entry;
     const double (*restrict shift)[4];
     double (*restrict spring)[4];
@@ -332,14 +333,16 @@ DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, siz
 {
     block b;
     b.n = 0;
-    for (size_t i = 0; i < n; i++)
-        for (size_t k = a->row[i], row_end = a->row[i + 1]; k < row_end;) {
+    for (size_t r = 0; r < n; r++) {
+        const size_t i = a->slot ? a->slot[r] : r;
+        for (size_t k = a->row[r], row_end = a->row[r + 1]; k < row_end;) {
             size_t room = (size_t)(BLOCK - b.n);
             size_t end = row_end - k > room ? k + room : row_end;
             detect(&b, a, i, k, end, uniform, 2 * job->radius, periodic);
             if (b.n == BLOCK) flush(&b, x, a, job, law, uniform);
             k = end;
         }
+    }
     flush(&b, x, a, job, law, uniform);
 }
 
@@ -405,6 +408,7 @@ void sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, cont
                 p->force,
                 p->material,
                 list->row,
+                list->slot,
                 list->entry,
                 (const double(*)[4])list->shift,
                 c->spring,
@@ -414,5 +418,5 @@ void sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, cont
     job->contacts = 0;
     job->overlap = 0;
     job->springs = (spring_energy){0};
-    kernel(job, &a, p->n);
+    kernel(job, &a, list->n_row);
 }

@@ -8,6 +8,9 @@
  * candidates of a row are particles behind it in memory. Verlet, Phys. Rev. 159 (1967) 98,
  * doi:10.1103/PhysRev.159.98; Hockney & Eastwood, Computer Simulation Using Particles (1988) ch. 8.
  *
+ * On several ranks pairs are found among positions copied into the order of the rows, as if there
+ * were one rank with those particles, and named by particle afterwards.
+ *
  * Many sizes: levels.h finds the pairs in an order of its own; two stable counting sorts, by j and
  * then by i, put them into rows.
  */
@@ -23,9 +26,11 @@ typedef struct range {
     uint32_t begin, end;
 } range;
 
-void neighbour_init(neighbour *list, const double lo[3], const double hi[3], const int periodic[3])
+void neighbour_init(neighbour *list, const double lo[3], const double hi[3], const int periodic[3],
+                    int shared)
 {
     memset(list, 0, sizeof *list);
+    list->shared = shared;
     for (int a = 0; a < 3; a++) {
         list->lo[a] = lo[a];
         list->hi[a] = hi[a];
@@ -41,6 +46,14 @@ void neighbour_init(neighbour *list, const double lo[3], const double hi[3], con
 
 void neighbour_free(neighbour *list)
 {
+    for (int a = 0; a < 3; a++) {
+        free(list->kept[a]);
+        free(list->local[a]);
+    }
+    free(list->slot);
+    free(list->row_of);
+    free(list->sorted);
+    free(list->own);
     free(list->cell_first);
     free(list->cell);
     free(list->order);
@@ -68,12 +81,16 @@ static dem_status reserve(neighbour *list, size_t n)
         !grow(&list->place, room * sizeof *list->place) ||
         !grow(&list->row, room * sizeof *list->row))
         return DEM_NO_MEMORY;
+    if (list->shared && (!grow(&list->slot, room * sizeof *list->slot) ||
+                         !grow(&list->row_of, room * sizeof *list->row_of) ||
+                         !grow(&list->sorted, room * sizeof *list->sorted) ||
+                         !grow(&list->own, room * sizeof *list->own)))
+        return DEM_NO_MEMORY;
     list->row_capacity = room;
     return DEM_OK;
 }
 
-/* Bring positions into the box in periodic directions. */
-static void wrap(const neighbour *list, particles *p)
+void neighbour_wrap(const neighbour *list, particles *p)
 {
     for (int a = 0; a < 3; a++) {
         if (!list->periodic[a]) continue;
@@ -85,63 +102,97 @@ static void wrap(const neighbour *list, particles *p)
     }
 }
 
-/* The grid covers the particles (the domain in periodic directions). */
-static dem_status lay_grid(neighbour *list, const particles *p, double reach)
+extent neighbour_extent(const particles *p)
 {
-    double extent[3];
+    extent e = {.n = (double)p->n};
     for (int a = 0; a < 3; a++) {
-        double lo = list->lo[a], hi = list->hi[a];
-        if (!list->periodic[a] && p->n) {
-            lo = hi = p->pos[0][a];
-            for (size_t i = 1; i < p->n; i++) {
-                double x = p->pos[i][a];
-                lo = x < lo ? x : lo;
-                hi = x > hi ? x : hi;
-            }
+        double lo = INFINITY, hi = -INFINITY;
+        for (size_t i = 0; i < p->n; i++) {
+            double x = p->pos[i][a];
+            lo = x < lo ? x : lo;
+            hi = x > hi ? x : hi;
         }
+        e.lo[a] = lo;
+        e.hi[a] = hi;
+    }
+    return e;
+}
+
+/* The grid covers all particles (the domain in periodic directions). */
+static void lay_grid(neighbour *list, const extent *all, double reach)
+{
+    double width[3];
+    for (int a = 0; a < 3; a++) {
+        double lo = list->periodic[a] ? list->lo[a] : all->lo[a];
+        double hi = list->periodic[a] ? list->hi[a] : all->hi[a];
         list->origin[a] = lo;
-        extent[a] = hi - lo;
+        width[a] = hi - lo;
     }
     /* More than a few cells per particle would cost memory and time for nothing. */
-    double most = 4. * (double)p->n + 64, wide = reach, count;
+    double most = 4. * all->n + 64, wide = reach, count;
     for (;; wide *= 1.26) {
         count = 1;
-        for (int a = 0; a < 3; a++) count *= fmax(1, floor(extent[a] / wide));
+        for (int a = 0; a < 3; a++) count *= fmax(1, floor(width[a] / wide));
         if (count <= most) break;
     }
+    for (int a = 0; a < 3; a++) {
+        list->planes[a] = (int)fmax(1, floor(width[a] / wide));
+        list->per_width[a] = width[a] > 0 ? list->planes[a] / width[a] : 0;
+    }
+}
+
+static int plane_of(const neighbour *list, int a, double x)
+{
+    int c = (int)((x - list->origin[a]) * list->per_width[a]);
+    if (c > list->planes[a] - 1) c = list->planes[a] - 1;
+    return c < 0 ? 0 : c;
+}
+
+/* Keep the planes in which n particles are, in their order. */
+static dem_status keep_planes(neighbour *list, const double (*pos)[4], size_t n)
+{
     list->n_cell = 1;
     for (int a = 0; a < 3; a++) {
-        list->cells[a] = (int)fmax(1, floor(extent[a] / wide));
-        list->per_width[a] = extent[a] > 0 ? list->cells[a] / extent[a] : 0;
-        list->n_cell *= (size_t)list->cells[a];
+        const int planes = list->planes[a];
+        if (planes > list->plane_capacity[a]) {
+            list->plane_capacity[a] = 0;
+            if (!grow(&list->kept[a], (size_t)planes * sizeof **list->kept) ||
+                !grow(&list->local[a], (size_t)planes * sizeof **list->local))
+                return DEM_NO_MEMORY;
+            list->plane_capacity[a] = planes;
+        }
+        memset(list->local[a], 0, (size_t)planes * sizeof **list->local);
+        for (size_t i = 0; i < n; i++) list->local[a][plane_of(list, a, pos[i][a])] = 1;
+        int cells = 0;
+        for (int k = 0; k < planes; k++) {
+            if (list->local[a][k]) list->kept[a][cells] = k;
+            list->local[a][k] = list->local[a][k] ? cells++ : -1;
+        }
+        list->cells[a] = cells;
+        list->n_cell *= (size_t)cells;
     }
-    if (list->n_cell + 2 > list->cell_capacity) {
-        if (!grow(&list->cell_first, (list->n_cell + 2) * sizeof *list->cell_first))
-            return DEM_NO_MEMORY;
-        list->cell_capacity = list->n_cell + 2;
-    }
+    if (list->n_cell + 2 <= list->cell_capacity) return DEM_OK;
+    if (!grow(&list->cell_first, (list->n_cell + 2) * sizeof *list->cell_first))
+        return DEM_NO_MEMORY;
+    list->cell_capacity = list->n_cell + 2;
     return DEM_OK;
 }
 
 static uint32_t cell_of(const neighbour *list, const double x[3])
 {
     int c[3];
-    for (int a = 0; a < 3; a++) {
-        c[a] = (int)((x[a] - list->origin[a]) * list->per_width[a]);
-        if (c[a] > list->cells[a] - 1) c[a] = list->cells[a] - 1;
-        if (c[a] < 0) c[a] = 0;
-    }
+    for (int a = 0; a < 3; a++) c[a] = list->local[a][plane_of(list, a, x[a])];
     return (uint32_t)((c[2] * list->cells[1] + c[1]) * list->cells[0] + c[0]);
 }
 
 /* Counting sort by cell, then by id within each cell: a few particles, so by insertion. */
-static void sort_order(neighbour *list, const particles *p)
+static void sort_order(neighbour *list, const particles *p, size_t n)
 {
     uint32_t *first = list->cell_first;
     memset(first, 0, (list->n_cell + 2) * sizeof *first);
-    for (size_t i = 0; i < p->n; i++) first[list->cell[i] + 2]++;
+    for (size_t i = 0; i < n; i++) first[list->cell[i] + 2]++;
     for (size_t c = 2; c < list->n_cell + 2; c++) first[c] += first[c - 1];
-    for (size_t i = 0; i < p->n; i++) list->order[first[list->cell[i] + 1]++] = (uint32_t)i;
+    for (size_t i = 0; i < n; i++) list->order[first[list->cell[i] + 1]++] = (uint32_t)i;
     for (size_t c = 0; c < list->n_cell; c++)
         for (uint32_t k = first[c] + 1; k < first[c + 1]; k++) {
             uint32_t moving = list->order[k], to = k;
@@ -151,33 +202,48 @@ static void sort_order(neighbour *list, const particles *p)
         }
 }
 
-dem_status neighbour_sort(neighbour *list, particles *p, double reach)
+/* Own particles in front, ghosts behind; order[] becomes that of the particles. */
+static void part_ghosts(neighbour *list, const particles *p)
 {
-    wrap(list, p);
-    return neighbour_sort_again(list, p, reach);
-}
-
-dem_status neighbour_sort_again(neighbour *list, particles *p, double reach)
-{
-    dem_status status = reserve(list, p->n);
-    if (status) return status;
-    if ((status = lay_grid(list, p, reach))) return status;
-    for (size_t i = 0; i < p->n; i++) list->cell[i] = cell_of(list, p->pos[i]);
-    sort_order(list, p);
-    int sorted = 1;
-    for (size_t i = 0; i < p->n; i++) {
-        list->place[list->order[i]] = (uint32_t)i;
-        sorted &= list->order[i] == i;
+    uint32_t own = 0, ghost = (uint32_t)p->n;
+    for (size_t r = 0; r < list->n_row; r++) {
+        const uint32_t old = list->order[r];
+        list->own[r] = old < p->n;
+        list->slot[r] = list->own[r] ? own++ : ghost++;
+        list->place[old] = list->slot[r];
     }
-    return sorted ? DEM_OK : particles_permute(p, list->order);
+    for (size_t old = 0; old < list->n_row; old++) list->order[list->place[old]] = (uint32_t)old;
+    for (size_t r = 0; r < list->n_row; r++) list->row_of[list->slot[r]] = (uint32_t)r;
 }
 
-/* Ranges of particles in the cell c and in those of its neighbours that come after it. */
+dem_status neighbour_sort(neighbour *list, particles *p, const extent *all, double reach)
+{
+    const size_t n = p->n + p->n_ghost;
+    list->n_row = n;
+    if (reserve(list, n)) return DEM_NO_MEMORY;
+    lay_grid(list, all, reach);
+    if (keep_planes(list, (const double(*)[4])p->pos, n)) return DEM_NO_MEMORY;
+    for (size_t i = 0; i < n; i++) list->cell[i] = cell_of(list, p->pos[i]);
+    sort_order(list, p, n);
+    if (list->shared)
+        part_ghosts(list, p);
+    else
+        for (size_t i = 0; i < n; i++) list->place[list->order[i]] = (uint32_t)i;
+    int sorted = 1;
+    for (size_t i = 0; i < n; i++) sorted &= list->order[i] == i;
+    if (!sorted && particles_permute(p, list->order)) return DEM_NO_MEMORY;
+    for (size_t r = 0; r < n && list->shared; r++)
+        memcpy(list->sorted[r], p->pos[list->slot[r]], sizeof *list->sorted);
+    return DEM_OK;
+}
+
+/* Ranges of rows in the cell c and in those of its neighbours that come after it. */
 static int candidates(const neighbour *list, size_t c, range *out)
 {
-    const int *m = list->cells;
-    int at[3] = {(int)(c % (size_t)m[0]), (int)(c / (size_t)m[0] % (size_t)m[1]),
-                 (int)(c / (size_t)m[0] / (size_t)m[1])};
+    const size_t nx = (size_t)list->cells[0], ny = (size_t)list->cells[1];
+    const int at[3] = {list->kept[0][c % nx], list->kept[1][c / nx % ny],
+                       list->kept[2][c / nx / ny]};
+    const int *m = list->planes;
     int from[3], to[3], n = 0;
     for (int a = 0; a < 3; a++) {
         /* With one or two cells in a periodic direction some neighbours are the same cell. */
@@ -187,9 +253,11 @@ static int candidates(const neighbour *list, size_t c, range *out)
     for (int z = from[2]; z <= to[2]; z++)
         for (int y = from[1]; y <= to[1]; y++)
             for (int x = from[0]; x <= to[0]; x++) {
-                int cx = (at[0] + x + m[0]) % m[0], cy = (at[1] + y + m[1]) % m[1],
-                    cz = (at[2] + z + m[2]) % m[2];
-                size_t other = ((size_t)cz * (size_t)m[1] + (size_t)cy) * (size_t)m[0] + (size_t)cx;
+                const int cx = list->local[0][(at[0] + x + m[0]) % m[0]],
+                          cy = list->local[1][(at[1] + y + m[1]) % m[1]],
+                          cz = list->local[2][(at[2] + z + m[2]) % m[2]];
+                if (cx < 0 || cy < 0 || cz < 0) continue;
+                const size_t other = ((size_t)cz * ny + (size_t)cy) * nx + (size_t)cx;
                 if (other < c) continue;
                 range r = {list->cell_first[other], list->cell_first[other + 1]};
                 if (r.begin == r.end) continue;
@@ -215,30 +283,34 @@ static uint32_t nearest_image(const neighbour *list, double d[3])
     return (uint32_t)image;
 }
 
-/* Partners of i among the particles begin..end-1; returns the new end of the row. */
-static size_t fill_row(neighbour *list, const particles *p, size_t i, range r, size_t at)
+/* Partners of the row i among the rows begin..end-1; returns the new end of the row. */
+static inline __attribute__((always_inline)) size_t fill_row(neighbour *list,
+                                                             const double (*pos)[4], uint32_t i,
+                                                             range r, size_t at, int periodic,
+                                                             int shared)
 {
-    const double *xi = p->pos[i];
-    double reach = xi[3] + list->skin;
-    if (!list->any_periodic) {
-        for (uint32_t j = r.begin; j < r.end; j++) {
-            const double *xj = p->pos[j];
-            double dx = xi[0] - xj[0], dy = xi[1] - xj[1], dz = xi[2] - xj[2];
-            double s = reach + xj[3];
-            list->entry[at] = j;
-            at += dx * dx + dy * dy + dz * dz < s * s;
-        }
-        return at;
-    }
+    const double *xi = pos[i];
+    const double reach = xi[3] + list->skin;
+    const int own = shared ? list->own[i] : 1;
     for (uint32_t j = r.begin; j < r.end; j++) {
-        const double *xj = p->pos[j];
+        const double *xj = pos[j];
         double d[3] = {xi[0] - xj[0], xi[1] - xj[1], xi[2] - xj[2]};
-        uint32_t image = nearest_image(list, d);
-        double s = reach + xj[3];
+        const uint32_t image = periodic ? nearest_image(list, d) : 0;
+        const double s = reach + xj[3];
+        const int near = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < s * s;
         list->entry[at] = j | image << NEIGHBOUR_BITS;
-        at += d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < s * s;
+        at += (size_t)(shared ? near & (own | list->own[j]) : near);
     }
     return at;
+}
+
+static size_t fill_range(neighbour *list, const double (*pos)[4], uint32_t i, range r, size_t at)
+{
+    if (list->shared)
+        return list->any_periodic ? fill_row(list, pos, i, r, at, 1, 1)
+                                  : fill_row(list, pos, i, r, at, 0, 1);
+    return list->any_periodic ? fill_row(list, pos, i, r, at, 1, 0)
+                              : fill_row(list, pos, i, r, at, 0, 0);
 }
 
 /* Room for `need` entries. */
@@ -251,7 +323,7 @@ static dem_status reserve_entries(neighbour *list, size_t need)
     return DEM_OK;
 }
 
-static dem_status fill_even(neighbour *list, const particles *p)
+static dem_status fill_even(neighbour *list, const double (*pos)[4])
 {
     size_t at = 0;
     range r[27];
@@ -270,11 +342,11 @@ static dem_status fill_even(neighbour *list, const particles *p)
             for (int k = 0; k < n; k++) {
                 range part = r[k];
                 if (part.begin <= i && i < part.end) part.begin = i + 1;
-                at = fill_row(list, p, i, part, at);
+                at = fill_range(list, pos, i, part, at);
             }
         }
     }
-    list->row[p->n] = at;
+    list->row[list->n_row] = at;
     return DEM_OK;
 }
 
@@ -282,23 +354,24 @@ static dem_status fill_even(neighbour *list, const particles *p)
 
 typedef struct finding {
     neighbour *list;
-    const particles *p;
+    const double (*pos)[4];
     size_t n; /* pairs so far */
 } finding;
 
-/* The lower index of a pair goes first, the other as an entry of its row. */
+/* The lower row of a pair goes first, the other as an entry of it. */
 static int keep_pair(void *context, uint32_t i, uint32_t j, const double d[3], double d2)
 {
     (void)d;
     (void)d2;
     finding *f = context;
     neighbour *list = f->list;
+    if (list->shared && !list->own[i] && !list->own[j]) return DEM_OK;
     if (f->n == list->pair_capacity) {
         size_t room = 2 * f->n + 1024;
         if (!grow(&list->pair, room * sizeof *list->pair)) return DEM_NO_MEMORY;
         list->pair_capacity = room;
     }
-    const double *low = f->p->pos[i < j ? i : j], *high = f->p->pos[i < j ? j : i];
+    const double *low = f->pos[i < j ? i : j], *high = f->pos[i < j ? j : i];
     double apart[3] = {low[0] - high[0], low[1] - high[1], low[2] - high[2]};
     uint32_t image = list->any_periodic ? nearest_image(list, apart) : 0;
     list->pair[f->n][0] = i < j ? i : j;
@@ -333,23 +406,53 @@ static dem_status pairs_to_rows(neighbour *list, size_t n, size_t pairs)
     return DEM_OK;
 }
 
-static dem_status fill_uneven(neighbour *list, const particles *p)
+static dem_status fill_uneven(neighbour *list, const double (*pos)[4])
 {
     levels g;
-    dem_status status = levels_init(&g, list->lo, list->hi, list->periodic, p->n,
-                                    (const double(*)[4])p->pos, list->skin);
+    dem_status status =
+        levels_init(&g, list->lo, list->hi, list->periodic, list->n_row, pos, list->skin);
     if (status) return status;
-    finding f = {list, p, 0};
-    for (size_t i = 0; i < p->n && !status; i++)
+    finding f = {list, pos, 0};
+    for (size_t i = 0; i < list->n_row && !status; i++)
         status = (dem_status)levels_partners(&g, (uint32_t)i, keep_pair, &f);
     list->checks = g.checks;
     levels_free(&g);
-    return status ? status : pairs_to_rows(list, p->n, f.n);
+    return status ? status : pairs_to_rows(list, list->n_row, f.n);
+}
+
+/* ---- the list ---------------------------------------------------------------------------------
+ */
+
+/* From rows to particles. */
+static void name_particles(neighbour *list, size_t entries)
+{
+    for (size_t k = 0; k < entries; k++) {
+        const uint32_t entry = list->entry[k];
+        list->entry[k] = list->slot[entry & NEIGHBOUR_MASK] | (entry & ~NEIGHBOUR_MASK);
+    }
+}
+
+dem_status neighbour_fill(neighbour *list, particles *p, int uneven)
+{
+    const double(*pos)[4] = (const double(*)[4])(list->shared ? list->sorted : p->pos);
+    list->checks = 0;
+    list->ascending = uneven;
+    dem_status status = uneven ? fill_uneven(list, pos) : fill_even(list, pos);
+    if (!status) status = reserve_entries(list, list->row[list->n_row] + NEIGHBOUR_SPARE);
+    if (status) return status;
+    size_t at = list->row[list->n_row];
+    if (list->shared) name_particles(list, at);
+    memset(list->entry + at, 0, NEIGHBOUR_SPARE * sizeof *list->entry);
+    if (p->n) memcpy(p->built, p->pos, p->n * sizeof *p->pos);
+    list->moved = 0;
+    list->valid = 1;
+    return DEM_OK;
 }
 
 size_t neighbour_find(const neighbour *list, uint32_t i, uint32_t j)
 {
-    size_t k = list->row[i], end = list->row[i + 1];
+    const uint32_t first = neighbour_row(list, i), second = neighbour_row(list, j);
+    size_t k = list->row[first], end = list->row[first + 1];
     if (!list->ascending) {
         while (k < end && (list->entry[k] & NEIGHBOUR_MASK) != j) k++;
         return k;
@@ -357,7 +460,7 @@ size_t neighbour_find(const neighbour *list, uint32_t i, uint32_t j)
     /* The row of a large sphere is long: halve it. */
     for (size_t behind = end; k < behind;) {
         size_t middle = k + (behind - k) / 2;
-        if ((list->entry[middle] & NEIGHBOUR_MASK) < j)
+        if (neighbour_row(list, list->entry[middle] & NEIGHBOUR_MASK) < second)
             k = middle + 1;
         else
             behind = middle;
@@ -365,24 +468,10 @@ size_t neighbour_find(const neighbour *list, uint32_t i, uint32_t j)
     return k < end && (list->entry[k] & NEIGHBOUR_MASK) == j ? k : end;
 }
 
-dem_status neighbour_fill(neighbour *list, particles *p, int uneven)
-{
-    list->checks = 0;
-    list->ascending = uneven;
-    dem_status status = uneven ? fill_uneven(list, p) : fill_even(list, p);
-    if (status) return status;
-    size_t at = list->row[p->n];
-    if (list->entry) memset(list->entry + at, 0, NEIGHBOUR_SPARE * sizeof *list->entry);
-    if (p->n) memcpy(p->built, p->pos, p->n * sizeof *p->pos);
-    list->moved = 0;
-    list->valid = 1;
-    return DEM_OK;
-}
-
 /* The cells along a that cover lo..hi: from *from on, their number. */
 static int stretch(const neighbour *list, int a, double lo, double hi, int *from)
 {
-    const int m = list->cells[a];
+    const int m = list->planes[a];
     const double begin = floor((lo - list->origin[a]) * list->per_width[a]);
     const double end = floor((hi - list->origin[a]) * list->per_width[a]);
     *from = 0;
@@ -407,24 +496,22 @@ int neighbour_near(const neighbour *list, const particles *p, const double lo[3]
     for (int a = 0; a < 3; a++)
         count[a] = stretch(list, a, lo[a] - list->skin, hi[a] + list->skin, &from[a]);
     for (int k = 0; k < count[0] * count[1] * count[2] && !end_it; k++) {
-        const size_t x = (size_t)((from[0] + k % count[0]) % list->cells[0]),
-                     y = (size_t)((from[1] + k / count[0] % count[1]) % list->cells[1]),
-                     z = (size_t)((from[2] + k / count[0] / count[1]) % list->cells[2]);
-        const size_t c = (z * (size_t)list->cells[1] + y) * (size_t)list->cells[0] + x;
-        for (uint32_t i = list->cell_first[c]; i < list->cell_first[c + 1] && !end_it; i++)
-            end_it = visit(context, i);
+        const int x = list->local[0][(from[0] + k % count[0]) % list->planes[0]],
+                  y = list->local[1][(from[1] + k / count[0] % count[1]) % list->planes[1]],
+                  z = list->local[2][(from[2] + k / count[0] / count[1]) % list->planes[2]];
+        if (x < 0 || y < 0 || z < 0) continue;
+        const size_t c =
+            ((size_t)z * (size_t)list->cells[1] + (size_t)y) * (size_t)list->cells[0] + (size_t)x;
+        for (uint32_t r = list->cell_first[c]; r < list->cell_first[c + 1] && !end_it; r++) {
+            const uint32_t i = neighbour_slot(list, r);
+            if (i < p->n) end_it = visit(context, i);
+        }
     }
     return end_it;
 }
 
-int neighbour_holds(neighbour *list, const particles *p, double speed_dt)
+double neighbour_displacement(const particles *p)
 {
-    if (!list->valid) return 0;
-    /* Sum of the largest steps: an upper bound that costs nothing. Only when it is used up is the
-     * largest displacement looked for. A rebuild is due a little early, at .9 of skin/2, so that
-     * the search is not repeated in every one of the last steps. */
-    list->moved += speed_dt;
-    if (list->moved < .5 * list->skin) return 1;
     double most = 0;
     for (size_t i = 0; i < p->n; i++) {
         const double *x = p->pos[i], *b = p->built[i];
@@ -432,6 +519,5 @@ int neighbour_holds(neighbour *list, const particles *p, double speed_dt)
         double d2 = dx * dx + dy * dy + dz * dz;
         most = d2 > most ? d2 : most;
     }
-    list->moved = sqrt(most);
-    return list->moved < .45 * list->skin;
+    return sqrt(most);
 }

@@ -14,6 +14,12 @@
  * In periodic directions an entry also names the image of j: positions are wrapped only when the
  * list is built, so the shift is a constant of the entry. Refused: a periodic box shorter than
  * twice the range, where a pair could touch twice.
+ *
+ * Several ranks. The grid is one for all of them, and rows are in the order of (cell, id) over a
+ * rank's own particles and its ghosts, so that the pairs a particle is in come in the same order
+ * whatever the number of ranks. Row r then is that of particle slot[r]: a rank's own particles are
+ * in front, its ghosts behind them. Pairs of two ghosts are left out. Of the grid a rank keeps the
+ * planes of cells that hold something of its own.
  */
 #ifndef DEM_NEIGHBOUR_H
 #define DEM_NEIGHBOUR_H
@@ -34,15 +40,24 @@ typedef struct neighbour {
     double moved; /* no particle has moved farther than this since the build, m */
     int valid;
 
-    int cells[3];
+    int cells[3];  /* of the grid, in planes that are kept here */
+    int planes[3]; /* of the grid in all */
+    int *kept[3];  /* [cells] its number among all planes */
+    int *local[3]; /* [planes] its number among those kept, -1: none */
+    int plane_capacity[3];
     double origin[3], per_width[3]; /* of the grid of cells */
     size_t n_cell, cell_capacity;
-    uint32_t *cell_first; /* [n_cell + 1] */
+    uint32_t *cell_first; /* [n_cell + 1] rows */
 
     uint32_t *cell, *order, *place; /* [capacity]: cell of a particle; sorting and its inverse */
-    size_t *row;                    /* [n + 1] */
+    size_t n_row;
+    size_t *row; /* [n_row + 1] */
     size_t row_capacity;
-    uint32_t *entry; /* [row[n]] */
+    int shared;              /* there are several ranks */
+    uint32_t *slot, *row_of; /* particle of a row, row of a particle; NULL on one rank: the same */
+    double (*sorted)[4];     /* [n_row] positions in the order of the rows; several ranks */
+    uint8_t *own;            /* [n_row] the particle is no ghost; several ranks */
+    uint32_t *entry;         /* [row[n]] */
     size_t entry_capacity;
     uint32_t (*pair)[2]; /* of particles of many sizes, before they are put into rows */
     size_t pair_capacity;
@@ -50,24 +65,44 @@ typedef struct neighbour {
     size_t checks; /* distances computed for the list */
 } neighbour;
 
-void neighbour_init(neighbour *list, const double lo[3], const double hi[3], const int periodic[3]);
+/* Where all particles of all ranks are, and how many. */
+typedef struct extent {
+    double lo[3], hi[3];
+    double n;
+} extent;
+
+void neighbour_init(neighbour *list, const double lo[3], const double hi[3], const int periodic[3],
+                    int shared);
 void neighbour_free(neighbour *list);
-/* Sort particles by (cell, id); list->place[old] is then the new index. Positions are wrapped. */
-dem_status neighbour_sort(neighbour *list, particles *p, double range);
-/* The same of positions that were wrapped when such a list was built, and must stay to the bit. */
-dem_status neighbour_sort_again(neighbour *list, particles *p, double range);
+/* Bring positions into the box in periodic directions. */
+void neighbour_wrap(const neighbour *list, particles *p);
+/* Of this rank's own particles. */
+extent neighbour_extent(const particles *p);
+/* Sort particles, wrapped, by (cell, id), ghosts apart; list->place[old] is then the new index. */
+dem_status neighbour_sort(neighbour *list, particles *p, const extent *all, double range);
 /* Fill the rows for sorted particles; uneven: their radii differ by more than a factor of two, and
  * the range of the sort may be less than the largest of a pair. */
 dem_status neighbour_fill(neighbour *list, particles *p, int uneven);
-/* The place of the pair (i, j), i < j, among the entries; row[i + 1] if it is not in the list. */
+/* Row of a particle. */
+static inline uint32_t neighbour_row(const neighbour *list, uint32_t i)
+{
+    return list->row_of ? list->row_of[i] : i;
+}
+/* Particle of a row. */
+static inline uint32_t neighbour_slot(const neighbour *list, uint32_t row)
+{
+    return list->slot ? list->slot[row] : row;
+}
+/* The place among the entries of the pair of the particles i and j, i with the lower row; the end
+ * of that row if it is not in the list. */
 size_t neighbour_find(const neighbour *list, uint32_t i, uint32_t j);
 /* Called for a particle; anything but zero ends the search and is returned. */
 typedef int neighbour_visit(void *context, uint32_t i);
-/* The particles in the box from lo to hi, m, or an image of it, and some around it; all of them
- * when there is no valid list. */
+/* This rank's particles in the box from lo to hi, m, or an image of it, and some around it; all of
+ * them when there is no valid list. */
 int neighbour_near(const neighbour *list, const particles *p, const double lo[3],
                    const double hi[3], neighbour_visit *visit, void *context);
-/* Nonzero if no particle has moved by skin/2; call with the largest speed of the coming step. */
-int neighbour_holds(neighbour *list, const particles *p, double speed_dt);
+/* How far the particle of this rank that moved most is from where the list found it, m. */
+double neighbour_displacement(const particles *p);
 
 #endif

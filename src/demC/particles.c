@@ -50,25 +50,26 @@ dem_status particles_init(particles *p)
         void **slot;
         size_t size;
         const char *name;
-        int stays;
-    } table[] = {{(void **)&p->pos, sizeof *p->pos, "pos", 0},
-                 {(void **)&p->vel, sizeof *p->vel, "vel", 0},
-                 {(void **)&p->force, sizeof *p->force, "force", 1},
-                 {(void **)&p->outside, sizeof *p->outside, "outside", 0},
-                 {(void **)&p->gain, sizeof *p->gain, "gain", 0},
-                 {(void **)&p->built, sizeof *p->built, "built", 1},
-                 {(void **)&p->id, sizeof *p->id, "id", 0},
-                 {(void **)&p->radius, sizeof *p->radius, "radius", 0},
-                 {(void **)&p->mass, sizeof *p->mass, "mass", 0},
-                 {(void **)&p->material, sizeof *p->material, "material", 0},
-                 {(void **)&p->x, sizeof *p->x, "x", 1},
-                 {(void **)&p->v, sizeof *p->v, "v", 1},
-                 {(void **)&p->omega, sizeof *p->omega, "omega", 1},
-                 {(void **)&p->last, sizeof *p->last, "last", 0},
-                 {(void **)&p->impulse, sizeof *p->impulse, "impulse", 1}};
+        int stays, ghosts;
+    } table[] = {{(void **)&p->pos, sizeof *p->pos, "pos", 0, 1},
+                 {(void **)&p->vel, sizeof *p->vel, "vel", 0, 1},
+                 {(void **)&p->force, sizeof *p->force, "force", 1, 1},
+                 {(void **)&p->outside, sizeof *p->outside, "outside", 0, 0},
+                 {(void **)&p->gain, sizeof *p->gain, "gain", 0, 0},
+                 {(void **)&p->built, sizeof *p->built, "built", 1, 0},
+                 {(void **)&p->id, sizeof *p->id, "id", 0, 1},
+                 {(void **)&p->radius, sizeof *p->radius, "radius", 0, 0},
+                 {(void **)&p->mass, sizeof *p->mass, "mass", 0, 0},
+                 {(void **)&p->material, sizeof *p->material, "material", 0, 1},
+                 {(void **)&p->x, sizeof *p->x, "x", 1, 0},
+                 {(void **)&p->v, sizeof *p->v, "v", 1, 0},
+                 {(void **)&p->omega, sizeof *p->omega, "omega", 1, 0},
+                 {(void **)&p->last, sizeof *p->last, "last", 0, 0},
+                 {(void **)&p->impulse, sizeof *p->impulse, "impulse", 1, 0}};
     for (size_t f = 0; f < sizeof table / sizeof *table; f++) {
         if (enter(p, table[f].slot, table[f].size, table[f].name) < 0) return DEM_NO_MEMORY;
         p->field[f].stays = table[f].stays;
+        p->field[f].ghosts = table[f].ghosts;
     }
     p->n_fixed = p->n_field;
     return DEM_OK;
@@ -94,7 +95,8 @@ dem_status particles_reserve(particles *p, size_t capacity)
         void *data = aligned_zero(capacity * p->field[f].size);
         /* Fields already grown merely have room to spare. */
         if (!data) return DEM_NO_MEMORY;
-        if (p->n) memcpy(data, *slot, p->n * p->field[f].size);
+        const size_t n = p->field[f].ghosts ? p->n + p->n_ghost : p->n;
+        if (n) memcpy(data, *slot, n * p->field[f].size);
         free(*slot);
         *slot = data;
     }
@@ -135,10 +137,10 @@ dem_status particles_permute(particles *p, const uint32_t *order)
     }
     for (size_t f = 0; f < p->n_field; f++) {
         void *data = *address(&p->field[f]);
-        size_t size = p->field[f].size;
+        const size_t size = p->field[f].size, n = p->field[f].ghosts ? p->n + p->n_ghost : p->n;
         if (p->field[f].stays) continue;
-        gather(p->scratch, data, order, p->n, size);
-        memcpy(data, p->scratch, p->n * size);
+        gather(p->scratch, data, order, n, size);
+        memcpy(data, p->scratch, n * size);
     }
     p->revision++;
     return DEM_OK;

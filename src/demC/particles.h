@@ -25,6 +25,7 @@ typedef struct field {
     void *data;
     size_t size;     /* bytes per particle */
     int stays;       /* nonzero: made anew before it is read again, so it need not be sorted */
+    int ghosts;      /* nonzero: ghosts have rows in it, behind those of the n particles */
     double *removed; /* of a column: its sum over the particles that have gone */
     int restored;    /* of a column: 1 it comes from a restart file and waits for who attaches it,
                         2 it has been attached */
@@ -32,7 +33,7 @@ typedef struct field {
 } field;
 
 typedef struct particles {
-    size_t n, capacity;
+    size_t n, n_ghost, capacity; /* rows n...n + n_ghost - 1: copies of other ranks' particles */
     uint64_t revision;
     int64_t next_id;
 
@@ -58,7 +59,8 @@ typedef struct particles {
 dem_status particles_init(particles *p);
 void particles_free(particles *p);
 dem_status particles_reserve(particles *p, size_t capacity);
-/* Put at the place i what was at the place order[i], in every field that does not stay. */
+/* Put at the place i what was at the place order[i], in every field that does not stay; order has
+ * the ghosts behind. */
 dem_status particles_permute(particles *p, const uint32_t *order);
 /* Keep the n particles at the places order[], increasing, in that order. */
 dem_status particles_keep(particles *p, const uint32_t *order, size_t n);
@@ -68,7 +70,7 @@ double *particles_column(particles *p, int handle);
 /* Sums of the columns over the particles gone since: to zero, and with that of row i. */
 void particles_clear_removed(particles *p);
 void particles_count_removed(particles *p, size_t i);
-/* Append one particle; there must be room. */
+/* Append one particle; there must be room, and no ghosts. */
 void particles_append(particles *p, const double x[3], const double v[3], const double omega[3],
                       double radius, double mass, int material, int64_t id);
 /* Copy x (wrapped into the periodic directions), v, omega, impulse for dem_view. */

@@ -121,8 +121,7 @@ void take_stock(dem_sim *sim)
 static dem_status prepare_change(dem_sim *sim)
 {
     balance_changing(sim);
-    if (sim->list.valid && contacts_save(&sim->contacts, &sim->list, sim->particles.n))
-        return no_memory(sim);
+    if (sim->list.valid && contacts_save(&sim->contacts, &sim->list)) return no_memory(sim);
     sim->list.valid = 0;
     return DEM_OK;
 }

@@ -84,7 +84,7 @@ void restart_save_contacts(restart_job *job)
     const particles *p = &job->sim->particles;
     contacts *c = &job->sim->contacts;
     /* Without a list that holds they are saved already. */
-    if (job->sim->list.valid && contacts_save(c, &job->sim->list, p->n)) c->n_saved = SIZE_MAX;
+    if (job->sim->list.valid && contacts_save(c, &job->sim->list)) c->n_saved = SIZE_MAX;
     history *all = c->n_saved < SIZE_MAX ? calloc(c->n_saved + 1, sizeof *all) : NULL;
     if (!all) {
         h5file_fail(&job->file->f, "contacts", "out of memory");

@@ -237,8 +237,9 @@ dem_status restart_list_again(restart_job *job)
     int uneven;
     const double reach = list_reach(sim, &uneven);
     sim->walls.slack = .5 * list->skin;
-    if (neighbour_sort_again(list, p, reach) || neighbour_fill(list, p, uneven) ||
-        contacts_restore(&sim->contacts, list, p->n))
+    const extent all = neighbour_extent(p);
+    if (neighbour_sort(list, p, &all, reach) || neighbour_fill(list, p, uneven) ||
+        contacts_restore(&sim->contacts, list))
         return no_memory(sim);
     list->moved = moved;
     job->row = list->place;

@@ -19,6 +19,7 @@
 
 struct surface;
 struct band;
+struct dem_sim;
 
 typedef enum sdf_kind {
     PLANE,
@@ -69,6 +70,7 @@ int sdf_near(const dem_sdf *sdf, int part, const double x[3], double reach);
 typedef struct sdf_progress {
     void (*call)(void *context, const char *what, double done); /* or NULL */
     void *context;
+    struct dem_sim *sim; /* whose ranks share the work, or NULL: this one alone */
 } sdf_progress;
 
 /**
@@ -76,7 +78,8 @@ typedef struct sdf_progress {
  * samples where the surface itself does not ask for another, m; width: distances up to it must be
  * right (largest radius + skin), m. cache: directory that keeps the samples, made when missing, or
  * NULL. DEM_OK with a text in `message` is a note (a cache that was damaged or could not be
- * written). Shapes that are sampled already are left alone. Not collective.
+ * written; on the rank that looked after it, the first). Shapes that are sampled already are left
+ * alone. Collective over the ranks of progress->sim.
  */
 dem_status sdf_sample(dem_sdf *sdf, double spacing, double width, const char *cache,
                       const sdf_progress *progress, char *message, size_t size);

@@ -9,6 +9,7 @@
  * again.
  */
 #include "band.h"
+#include "dem_internal.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -159,15 +160,20 @@ dem_status sdf_sample_surface(dem_sdf *s, double spacing, double width, const ch
                  width);
         return DEM_BAD_ARGUMENT;
     }
-    if (cache != NULL) s->band = band_read(s->surface, spacing, width, cache, message, size);
+    dem_status status = DEM_OK;
+    /* The cache is the business of one rank: what the others do must not depend on files. */
+    const int first = progress == NULL || progress->sim == NULL || progress->sim->rank == 0;
+    if (cache != NULL && first)
+        s->band = band_read(s->surface, spacing, width, cache, message, size);
+    if (cache != NULL)
+        s->band = band_share(s->band, s->surface, spacing, width, progress, &status, message, size);
+    if (s->band != NULL || status) return status;
+    char why[256] = "";
+    s->band = band_new(s->surface, spacing, width, progress, why, sizeof why);
     if (s->band == NULL) {
-        char why[256] = "";
-        s->band = band_new(s->surface, spacing, width, progress, why, sizeof why);
-        if (s->band == NULL) {
-            snprintf(message, size, "%s", why);
-            return DEM_NO_MEMORY;
-        }
-        if (cache != NULL) band_write(s->band, s->surface, cache, message, size);
+        snprintf(message, size, "%s", why);
+        return DEM_NO_MEMORY;
     }
+    if (cache != NULL && first) band_write(s->band, s->surface, cache, message, size);
     return DEM_OK;
 }

@@ -85,8 +85,8 @@ void walls_average_loads(walls *w, int substeps);
 
 struct dem_sim;
 
-/* See that the surfaces of triangles are sampled for particles of these diameters, m. Message in
- * error, and for a note. */
+/* See that the surfaces of triangles are sampled for particles of these diameters, m, the same on
+ * all ranks. Message in error, and for a note. All three are collective. */
 dem_status walls_sample(struct dem_sim *sim, double smallest, double largest);
 /* For all that insertions and feeders announce. */
 dem_status walls_sample_for(struct dem_sim *sim, const dem_param *param);

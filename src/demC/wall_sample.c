@@ -10,6 +10,9 @@
  * than the band covers or less than half as large as the smallest so far, has the walls sampled
  * again. Between half and the whole the samples stay as they are: sizes that come in ever smaller
  * would have them made again and again.
+ *
+ * The ranks share the work and all get the same samples (band_make.c); the sizes that decide are
+ * those of all ranks. The first one tells of the progress, and reads and writes the cache.
  */
 #include "band.h"
 #include "dem_internal.h"
@@ -47,6 +50,9 @@ dem_status walls_sample_at(dem_sim *sim, double spacing, double width)
 {
     walls *w = &sim->walls;
     if (w->sampled_width >= width && w->sampled_spacing <= spacing) return DEM_OK;
+    sdf_progress work = sim->progress;
+    work.sim = sim;
+    if (sim->rank > 0) work.call = NULL;
     w->sampled_width = fmax(w->sampled_width, width);
     w->sampled_spacing = w->sampled_spacing > 0 ? fmin(w->sampled_spacing, spacing) : spacing;
     for (size_t k = 0; k < w->n; k++) {
@@ -55,7 +61,7 @@ dem_status walls_sample_at(dem_sim *sim, double spacing, double width)
         char text[sizeof sim->message] = "";
         forget_samples(shape);
         dem_status status = sdf_sample(shape, w->sampled_spacing, w->sampled_width, sim->sdf_cache,
-                                       &sim->progress, text, sizeof text);
+                                       &work, text, sizeof text);
         if (status || text[0])
             fail(sim, status, "wall %s: %.400s", w->wall[k].name, text[0] ? text : "out of memory");
         if (status) {
