@@ -35,7 +35,7 @@ function(pkg_config_file name description requires libs)
             DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()
 pkg_config_file(demC "Discrete element engine" "ompi-c" "-ldemC")
-pkg_config_file(couplingLib "Particle-fluid coupling on arrays" "" "-lcouplingLib")
+pkg_config_file(couplingLib "Particle-fluid coupling on arrays" "ompi-c" "-lcouplingLib")
 pkg_config_file(caseLib "Reader of case directories" "demC couplingLib" "-lcaseLib")
 pkg_config_file(particlePhase "The particle phase of a coupled flow solver" "demC couplingLib"
                 "-lparticlePhase")

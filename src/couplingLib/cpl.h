@@ -12,6 +12,11 @@
  * Models of the void fraction differ only in how the rows of W are filled. Volume that would push
  * a cell beyond the packing limit is moved to its neighbours by moving weight within rows.
  *
+ * On several ranks each has some of the cells and some of the particles, divided independently of
+ * each other: rows of W are made where the particle is, and values of the cells that a row names
+ * but another rank owns are fetched from there, or sums for them sent there. Traffic grows with the
+ * number of such cells alone.
+ *
  * Knows neither the particle engine nor the flow solver. SI units; vectors are [n][3]. Functions
  * return CPL_OK or a code, with the text in the object's message.
  *
@@ -21,6 +26,7 @@
 #ifndef CPL_H
 #define CPL_H
 
+#include <mpi.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -59,12 +65,26 @@ typedef struct cpl_mesh {
     int cells[3];
     double origin[3], spacing[3];
     int periodic[3];
+    /* A part of a mesh that is divided among ranks, for cpl_map_new_ranks; all zero otherwise. The
+     * arrays above are then those of the n >= 0 cells that this rank owns, in any order;
+     * `neighbour` is not looked at, and `locate` knows own cells only: -1 for points elsewhere.
+     * `cells`, `origin`, `spacing` and `periodic` are those of the whole mesh, if that is a box of
+     * equal cells divided in any way: ids are then the numbers of its cells, and `locate` is not
+     * called.
+     *
+     * Results do not depend on the division, but for rounding, if a cell has the same id in all. */
+    const int64_t *id;           /* [n], number of the cell in the whole mesh, 0...all cells - 1 */
+    const int64_t *neighbour_id; /* [offset[n]], ids of the cells that share a face, on any rank */
 } cpl_mesh;
 
 /* Fills everything from cells, origin, spacing and periodic. Free with cpl_mesh_free. */
 cpl_status cpl_mesh_box(cpl_mesh *mesh, const int cells[3], const double origin[3],
                         const double spacing[3], const int periodic[3]);
-void cpl_mesh_free(cpl_mesh *mesh); /* only of a mesh made by cpl_mesh_box */
+/* The part of such a mesh that consists of the n cells with these ids (copied). Not collective. */
+cpl_status cpl_mesh_box_part(cpl_mesh *mesh, const int cells[3], const double origin[3],
+                             const double spacing[3], const int periodic[3], size_t n,
+                             const int64_t *id);
+void cpl_mesh_free(cpl_mesh *mesh); /* only of a mesh made by one of these */
 
 /* ---- map ------------------------------------------------------------------------------------- */
 
@@ -78,6 +98,16 @@ typedef struct cpl_map cpl_map;
 /* packing_limit: largest solid fraction of a cell, (0, 1). On error *map may carry the message. */
 cpl_status cpl_map_new(const cpl_mesh *mesh, cpl_map_model model, double packing_limit,
                        cpl_map **map);
+/**
+ * The same for a mesh that is divided among the ranks of comm (duplicated), each of which gives its
+ * part. On more than one rank, everything below that takes the map is collective, but for
+ * cpl_voidage, cpl_map_message and cpl_map_last_report. Particles and their arrays are those that
+ * the calling rank has, in its own order, and may lie in cells of any rank; cell arrays are those
+ * of its own cells, in the order of its part. Errors are the same code and text on all ranks. On
+ * one rank ids may be missing and the map is that of cpl_map_new.
+ */
+cpl_status cpl_map_new_ranks(MPI_Comm comm, const cpl_mesh *mesh, cpl_map_model model,
+                             double packing_limit, cpl_map **map);
 void cpl_map_free(cpl_map *map);
 const char *cpl_map_message(const cpl_map *map);
 
@@ -94,6 +124,7 @@ void cpl_gather(const cpl_map *map, int width, const double *q_cell, double *q_p
 /* S_c = sum_p W_pc s_p / V_c, overwrites. */
 void cpl_scatter(const cpl_map *map, int width, const double *s_particle, double *S_cell);
 
+/* Sums over all ranks. */
 typedef struct cpl_map_report {
     size_t rows, entries;
     double solid_volume;  /* of the particles, m3 */
@@ -101,6 +132,9 @@ typedef struct cpl_map_report {
     double moved_volume;  /* moved to neighbours by the packing limit, m3 */
     size_t full_cells;    /* cells that the limit acted on */
     double eps_min, eps_max;
+    size_t borrowed;         /* cells that ranks hold copies of, because particles touch them */
+    double seconds_exchange; /* wall-clock of this rank with others and waiting for them, s: since
+                                the last cpl_map_build began */
 } cpl_map_report;
 
 cpl_map_report cpl_map_last_report(const cpl_map *map);

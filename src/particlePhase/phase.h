@@ -14,8 +14,9 @@
  * hands back to phase_settle cell fields that are the transpose of that interpolation, so that the
  * momentum it lost and the momentum the particles are booked are the same sum.
  *
- * Collective over the communicator, which for now must have one rank. Functions return 0, a
- * dem_status, or DEM_IO + a cpl_status; the text is in phase_message().
+ * Collective over the communicator. Each rank gives its part of the mesh (cpl.h: cpl_mesh with ids)
+ * and gets arrays of its own cells; which particles it has is the engine's affair. Functions return
+ * 0, a dem_status, or DEM_IO + a cpl_status, the same on all ranks; the text is in phase_message().
  *
  * A particle that has not met the fluid yet starts with the buoyancy of a fluid at rest. What the
  * particles carry from step to step lives in columns of the engine: carried, fluidForce [3],
@@ -38,9 +39,10 @@ typedef struct phase phase;
 typedef struct phase_param {
     const dem_param *dem;
     const cpl_param *coupling;
-    const cpl_mesh *mesh; /* borrowed for the life of the phase */
+    const cpl_mesh *mesh; /* of this rank; borrowed for the life of the phase */
     double rho, mu;       /* fluid: kg/m3, Pa s */
-    const char *ledger;   /* directory of ledger.csv, NULL: none is written (still checked) */
+    const char *ledger;   /* directory of ledger.csv, written by the first rank; NULL: none is
+                             written (still checked) */
 } phase_param;
 
 /* On error *phase may be non-NULL and then carries only the message; free it all the same. */
@@ -72,8 +74,8 @@ const double (*phase_Us(const phase *phase))[3];
  * gradient that acted on the solid fraction, likewise. tensor [cells][9], row by row, or NULL for
  * unity: the same transpose applied to a uniform velocity; 1 on meshes of equal boxes.
  * fluid_drag, fluid_pressure [3]: impulse per second (N) the fluid lost by drag and to the solid
- * fraction by its pressure gradient, summed by the solver from its own equation: booked against
- * the particles' sum in the ledger.
+ * fraction by its pressure gradient, summed by the solver from its own equation and over all ranks:
+ * booked against the particles' sum in the ledger.
  */
 int phase_settle(phase *phase, const double (*u)[3], const double (*grad_p)[3],
                  const double (*tensor)[9], const double fluid_drag[3],
@@ -89,7 +91,9 @@ typedef struct phase_report {
     double ledger_residual;
     double height; /* mean bed height: twice the mass-weighted mean height along -gravity
                       above the lowest point of the mesh, m */
-    double seconds_dem, seconds_map, seconds_drag; /* wall-clock, last step */
+    /* wall-clock, last step, this rank; exchange: with other ranks over cells, not in map or drag
+     */
+    double seconds_dem, seconds_map, seconds_drag, seconds_exchange;
 } phase_report;
 
 phase_report phase_last_report(const phase *phase);

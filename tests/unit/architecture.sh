@@ -16,7 +16,7 @@ forbid() {
 
 include='#[[:space:]]*include[[:space:]]*[<"]'
 forbid "$include(cpl|case|phase)\.h|${include}fv" src/demC/*.[ch]
-forbid "$include(dem|case|phase)\.h|${include}(fv|foam|mpi)" src/couplingLib/*.[ch]
+forbid "$include(dem|case|phase)\.h|${include}(fv|foam)" src/couplingLib/*.[ch]
 forbid "${include}phase\.h" src/caseLib/*.[chly]
 forbid "${include}case\.h" src/particlePhase/*.[ch]
 forbid 'MPI_COMM_WORLD' src/*/*.[chly]
