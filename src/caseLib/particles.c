@@ -123,6 +123,17 @@ static void read_neighbour(particle_reader *reader)
         read_number(dict, "skin", "", &reader->param->skin, sensible, reader->errors);
 }
 
+static void read_parallel(particle_reader *reader)
+{
+    static const char *const known[] = {"imbalance", NULL};
+    const case_range above_one = {1, INFINITY, 1, 1};
+    const case_dict *dict = case_sub(reader->dict, "parallel", 0, reader->errors);
+    if (!dict) return;
+    case_known(dict, known, reader->errors);
+    reader->param->imbalance =
+        read_number(dict, "imbalance", "", &reader->param->imbalance, above_one, reader->errors);
+}
+
 /* Where sampled surfaces are kept, from the top of the case; `none`: nowhere. Without surfaces
  * there is nothing to keep. */
 static void read_sdf(particle_reader *reader)
@@ -165,9 +176,10 @@ static void read_laws(particle_reader *reader)
 void case_read_dem(const case_dict *dict, const char *directory, const case_mesh *mesh,
                    const double gravity[3], case_dem *dem, case_errors *errors)
 {
-    static const char *const known[] = {
-        "contactLaw", "rolling", "cohesion", "materials", "contacts", "walls",   "sdf", "insertion",
-        "feeders",    "outlets", "timeStep", "neighbour", "domain",   "balance", NULL};
+    static const char *const known[] = {"contactLaw", "rolling", "cohesion", "materials",
+                                        "contacts",   "walls",   "sdf",      "insertion",
+                                        "feeders",    "outlets", "timeStep", "neighbour",
+                                        "domain",     "balance", "parallel", NULL};
     store *store = store_new();
     particle_storage *storage = store_alloc(store, sizeof *storage);
     storage->store = store;
@@ -191,6 +203,7 @@ void case_read_dem(const case_dict *dict, const char *directory, const case_mesh
     read_contacts(&reader);
     read_time_step(&reader);
     read_neighbour(&reader);
+    read_parallel(&reader);
     storage->contacts = place_of(store, dict, "contacts");
 }
 

@@ -30,6 +30,7 @@ static const char *const plain =
     "region { type box; min (0 0 0); max (.1 .2 .3); } } }\n"
     "timeStep { stepsPerPeriod 30; maximum 1e-4; impactSpeed 2; }\n"
     "neighbour { skin .2; }\n"
+    "parallel { imbalance 1.25; }\n"
     "domain { min (0 0 0); max (.1 .2 .4); periodic (no yes no); }\n";
 
 static const double weight[3] = {0, 0, -9.81};
@@ -82,6 +83,7 @@ static void all_values(void **unused)
     assert_near(p->time_step, 1e-4, 0);
     assert_near(p->impact_speed, 2, 0);
     assert_near(p->skin, .2, 0);
+    assert_near(p->imbalance, 1.25, 0);
     assert_near(p->hi[2], .4, 0);
     assert_near(p->gravity[2], -9.81, 0);
     assert_true(p->periodic[1] && !p->periodic[0] && !p->periodic[2]);
@@ -102,6 +104,7 @@ static void defaults(void **unused)
     assert_clean(f.errors);
     assert_int_equal(dem.param.law, DEM_HERTZ);
     assert_near(dem.param.skin, fresh.skin, 0);
+    assert_near(dem.param.imbalance, fresh.imbalance, 0);
     assert_near(dem.param.steps_per_period, fresh.steps_per_period, 0);
     assert_int_equal(dem.param.n_insertion + dem.param.n_wall, 0);
     case_dem_free(&dem, 1);
@@ -284,6 +287,8 @@ static void refused_insertions(void **unused)
     assert_variant_says("stepsPerPeriod 30", "stepsPerPeriod 3", "stepsPerPeriod: found '3'");
     assert_variant_says("maximum 1e-4", "maximum 0", "timeStep.maximum: found '0'");
     assert_variant_says("skin .2", "skin 0", "neighbour.skin: found '0'");
+    assert_variant_says("imbalance 1.25", "imbalance 1",
+                        "parallel.imbalance: found '1'; accepted: a number > 1");
 }
 
 /* Positions from a file: read, and refused outside the domain or within a wall. */
