@@ -235,7 +235,7 @@ static dem_sdf *cached(const body *b, double spacing, const char *directory, int
                        char message[512])
 {
     dem_sdf *s = stl_shape(b, 0);
-    const sdf_progress progress = {count_progress, NULL};
+    const sdf_progress progress = {.call = count_progress};
     progress_calls = 0;
     assert_int_equal(sdf_sample(s, spacing, .08, directory, &progress, message, 512), DEM_OK);
     *made = progress_calls > 0;
