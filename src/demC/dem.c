@@ -113,7 +113,7 @@ static dem_status copy_param(dem_sim *sim, const dem_param *param)
     dem_status status = copy_materials(sim, param);
     if (status) return status;
     choose_extras(sim, param);
-    sim->progress = (sdf_progress){param->progress, param->progress_context};
+    sim->progress = (sdf_progress){.call = param->progress, .context = param->progress_context};
     sim->sdf_cache = param->sdf_cache ? strdup(param->sdf_cache) : NULL;
     if (param->sdf_cache && !sim->sdf_cache) return no_memory(sim);
     if (walls_init(&sim->walls, param->n_wall, param->wall, sim->lo, sim->hi) ||
