@@ -5,7 +5,10 @@
  *
  * One rank lets HDF5 make the file in memory and writes it out itself: HDF5 1.10 does not survive
  * a disk that is full, it crashes when the program ends because its file could not be closed.
- * Several ranks write collectively by MPI-IO, each its rows after those of the ranks before.
+ * Several ranks write collectively by MPI-IO, each its rows after those of the ranks before. There
+ * the first rank lays an empty file and has the disk set aside what the whole will take, before
+ * HDF5 opens it: a disk without that much room is an error of ours, and HDF5 never meets a full
+ * one. On closing the file is cut to what it really takes.
  */
 #include "h5file.h"
 
@@ -114,30 +117,104 @@ h5rows h5file_rows(const h5file *f, size_t n)
     return (h5rows){mine, f->rank > 0 ? before : 0 /* undefined on the first rank */, all};
 }
 
+/* ---- in memory ------------------------------------------------------------------------------- */
+
+static int write_all(int fd, const unsigned char *bytes, size_t n)
+{
+    while (n > 0) {
+        const ssize_t written = write(fd, bytes, n);
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) return -1;
+        bytes += written;
+        n -= (size_t)written;
+    }
+    return 0;
+}
+
+unsigned char *h5file_image(h5file *f, size_t *size)
+{
+    void **image = NULL;
+    hsize_t bytes = 0;
+    if (f->failed || f->file < 0) return NULL;
+    /* Once: who has looked at the bytes means those, and HDF5 may tidy up each time. */
+    if (!f->flushed) h5file_check(f, H5Fflush(f->file, H5F_SCOPE_GLOBAL), "write");
+    f->flushed = 1;
+    h5file_check(f, H5Fget_filesize(f->file, &bytes), "write");
+    h5file_check(f, H5Fget_vfd_handle(f->file, H5P_DEFAULT, (void **)&image), "write");
+    *size = (size_t)bytes;
+    return f->failed ? NULL : *image;
+}
+
+/* Write out the file that HDF5 holds in memory: open still, or negative. */
+static int store_image(h5file *f)
+{
+    size_t size;
+    const unsigned char *image = h5file_image(f, &size);
+    if (image == NULL) return -1;
+    const int fd = open(f->part, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    if (fd < 0) h5file_fail(f, "create", strerror(errno));
+    if (fd >= 0 && write_all(fd, image, size) != 0) h5file_fail(f, "write", strerror(errno));
+    return fd;
+}
+
 /* ---- contents -------------------------------------------------------------------------------- */
+
+static hid_t creation_list(h5file *f, hsize_t head)
+{
+    const hid_t list = h5file_check(f, H5Pcreate(H5P_FILE_CREATE), "create");
+    /* There is no time of day in it: the same state makes the same file. */
+    h5file_check(f, H5Pset_obj_track_times(list, 0), "create");
+    if (head > 0) h5file_check(f, H5Pset_userblock(list, head), "create");
+    return list;
+}
+
+static hid_t access_list(h5file *f)
+{
+    const hid_t list = h5file_check(f, H5Pcreate(H5P_FILE_ACCESS), "create");
+    /* Closing the file closes whatever a failure left open in it. */
+    h5file_check(f, H5Pset_fclose_degree(list, H5F_CLOSE_STRONG), "create");
+    /* Nothing in the file is left to chance: older formats have rooms for names that show what was
+     * in memory before. */
+    h5file_check(f, H5Pset_libver_bounds(list, H5F_LIBVER_V18, H5F_LIBVER_V18), "create");
+    return list;
+}
+
+/* A file in memory; it grows by, and its size is rounded to, `more` bytes. */
+static void create_here(h5file *f, hsize_t head, size_t more)
+{
+    const hid_t creation = creation_list(f, head), access = access_list(f);
+    h5file_check(f, H5Pset_fapl_core(access, more, 0), "create");
+    f->file = h5file_check(f, H5Fcreate(f->part, H5F_ACC_TRUNC, creation, access), "create");
+    H5Pclose(creation);
+    H5Pclose(access);
+}
+
+/* An empty file on the disk, with room for `bytes`. */
+static void lay_file(h5file *f, size_t bytes, hsize_t head)
+{
+    create_here(f, head, 8192);
+    const int fd = store_image(f);
+    const int error = fd < 0 ? 0 : posix_fallocate(fd, 0, (off_t)bytes);
+    if (error) h5file_fail(f, "write", strerror(error));
+    if (fd >= 0 && close(fd) != 0) h5file_fail(f, "write", strerror(errno));
+    if (f->file >= 0) h5file_check(f, H5Fclose(f->file), "create");
+    f->file = -1;
+    f->flushed = 0;
+}
 
 void h5file_create(h5file *f, size_t bytes, hsize_t head)
 {
-    const hid_t access = h5file_check(f, H5Pcreate(H5P_FILE_ACCESS), "create");
-    const hid_t creation = h5file_check(f, H5Pcreate(H5P_FILE_CREATE), "create");
-    /* Closing the file closes whatever a failure left open in it. */
-    h5file_check(f, H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "create");
-    /* Nothing in the file is left to chance: older formats have rooms for names that show what was
-     * in memory before. Nor is there a time of day: the same state makes the same file. */
-    h5file_check(f, H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18), "create");
-    h5file_check(f, H5Pset_obj_track_times(creation, 0), "create");
-    if (head > 0) h5file_check(f, H5Pset_userblock(creation, head), "create");
     f->transfer = h5file_check(f, H5Pcreate(H5P_DATASET_XFER), "create");
-    if (f->ranks > 1) {
-        h5file_check(f, H5Pset_fapl_mpio(access, f->comm, MPI_INFO_NULL), "create");
-        h5file_check(f, H5Pset_dxpl_mpio(f->transfer, H5FD_MPIO_COLLECTIVE), "create");
-    } else {
-        /* By how much it grows, and what its size is rounded to: in few steps, without much air. */
-        const size_t more = 8192 * (1 + bytes / (64 * 8192));
-        h5file_check(f, H5Pset_fapl_core(access, more, 0), "create");
+    if (f->ranks == 1) {
+        create_here(f, head, 8192 * (1 + bytes / (64 * 8192))); /* few steps, without much air */
+        return;
     }
-    f->file = h5file_check(f, H5Fcreate(f->part, H5F_ACC_TRUNC, creation, access), "create");
-    H5Pclose(creation);
+    if (f->rank == 0) lay_file(f, bytes, head);
+    if (!h5file_agree(f)) return;
+    const hid_t access = access_list(f);
+    h5file_check(f, H5Pset_fapl_mpio(access, f->comm, MPI_INFO_NULL), "create");
+    h5file_check(f, H5Pset_dxpl_mpio(f->transfer, H5FD_MPIO_COLLECTIVE), "create");
+    f->file = h5file_check(f, H5Fopen(f->part, H5F_ACC_RDWR, access), "create");
     H5Pclose(access);
 }
 
@@ -220,53 +297,14 @@ void h5file_put_rows(h5file *f, hid_t group, const char *name, h5rows rows, int 
 
 /* ---- to the disk ----------------------------------------------------------------------------- */
 
-static int write_all(int fd, const unsigned char *bytes, size_t n)
-{
-    while (n > 0) {
-        const ssize_t written = write(fd, bytes, n);
-        if (written < 0 && errno == EINTR) continue;
-        if (written <= 0) return -1;
-        bytes += written;
-        n -= (size_t)written;
-    }
-    return 0;
-}
-
-unsigned char *h5file_image(h5file *f, size_t *size)
-{
-    void **image = NULL;
-    hsize_t bytes = 0;
-    if (f->failed || f->file < 0) return NULL;
-    /* Once: who has looked at the bytes means those, and HDF5 may tidy up each time. */
-    if (!f->flushed) h5file_check(f, H5Fflush(f->file, H5F_SCOPE_GLOBAL), "write");
-    f->flushed = 1;
-    h5file_check(f, H5Fget_filesize(f->file, &bytes), "write");
-    h5file_check(f, H5Fget_vfd_handle(f->file, H5P_DEFAULT, (void **)&image), "write");
-    *size = (size_t)bytes;
-    return f->failed ? NULL : *image;
-}
-
-/* Write out the file that HDF5 holds in memory. */
-static void store_image(h5file *f)
-{
-    size_t size;
-    const unsigned char *image = h5file_image(f, &size);
-    if (image == NULL) return;
-    const int fd = open(f->part, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-    if (fd < 0) {
-        h5file_fail(f, "create", strerror(errno));
-        return;
-    }
-    if (write_all(fd, image, size) != 0) h5file_fail(f, "write", strerror(errno));
-    if (close(fd) != 0) h5file_fail(f, "write", strerror(errno));
-}
-
 void h5file_close(h5file *f)
 {
-    if (f->file >= 0 && f->ranks == 1)
-        store_image(f);
-    else if (f->file >= 0)
+    if (f->file >= 0 && f->ranks == 1) {
+        const int fd = store_image(f);
+        if (fd >= 0 && close(fd) != 0) h5file_fail(f, "write", strerror(errno));
+    } else if (f->file >= 0) {
         h5file_check(f, H5Fflush(f->file, H5F_SCOPE_GLOBAL), "write");
+    }
     if (f->file >= 0) h5file_check(f, H5Fclose(f->file), "close");
     if (f->transfer >= 0) H5Pclose(f->transfer);
     f->file = f->transfer = -1;

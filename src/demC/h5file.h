@@ -48,8 +48,8 @@ void h5file_make_directory(h5file *f, const char *directory);
 /* Where n rows here come among those of all ranks. */
 h5rows h5file_rows(const h5file *f, size_t n);
 
-/* Create the file under its temporary name, of about `bytes` bytes, with `head` bytes (0, or a
- * power of two from 512 on) before those of HDF5. */
+/* Create the file under its temporary name, with `head` bytes (0, or a power of two from 512 on)
+ * before those of HDF5. `bytes`: what it will take; on one rank about, on several no less. */
 void h5file_create(h5file *f, size_t bytes, hsize_t head);
 /* A new group, to be closed. */
 hid_t h5file_group(h5file *f, const char *name);

@@ -85,8 +85,9 @@ static void write_file(writer *w)
 {
     const int version = VERSION;
     h5file *f = &w->f;
-    /* Rows of all datasets (id, four vectors, two scalars, material), and the rest of the file. */
-    h5file_create(f, (size_t)w->rows.total * (8 + 4 * 24 + 2 * 8 + 4) + 65536, 0);
+    /* Rows of all datasets (id, four vectors, two scalars, material), and the rest of the file: the
+     * names of materials can have 65536 bytes at most. */
+    h5file_create(f, (size_t)w->rows.total * (8 + 4 * 24 + 2 * 8 + 4) + 2 * 65536, 0);
     if (h5file_agree(f)) {
         w->group = h5file_group(f, "particles");
         h5file_put_scalar(f, f->file, "time", H5T_NATIVE_DOUBLE, &w->time);
