@@ -21,6 +21,7 @@ typedef struct phase_box {
     int cells[3];     /* of the mesh: 1, 2 or 4 along each axis */
     double wave;      /* amplitude of a density wave along z that starts with the run, m */
     const char *ledger;
+    const char *restart;      /* file to go on from, or NULL */
     const dem_feeder *feeder; /* one or none */
     const dem_outlet *outlet; /* likewise */
     cpl_param coupling;
@@ -77,6 +78,7 @@ static inline int phase_box_new(phase_box *b)
         b->dem.gravity[a] = b->gravity[a];
     }
     b->dem.law = DEM_LINEAR;
+    b->dem.restart = b->restart;
     b->dem.n_material = 1, b->dem.material = &b->material, b->dem.pair = &b->pair;
     b->dem.n_insertion = 1, b->dem.insertion = &b->insertion;
     b->dem.n_feeder = b->feeder != NULL, b->dem.feeder = b->feeder;

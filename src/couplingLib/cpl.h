@@ -29,6 +29,7 @@
 #include <mpi.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -218,9 +219,11 @@ typedef struct cpl_entry {
 
 typedef struct cpl_ledger cpl_ledger;
 
-/* Writes <directory>/ledger.csv (created with its directories; a restart appends). directory NULL:
- * no file, balances are checked all the same. On error *ledger may carry the message; free it. */
-cpl_status cpl_ledger_new(const char *directory, double tolerance, int append, cpl_ledger **ledger);
+/* Writes <directory>/ledger.csv (created with its directories). from, s: a restart, which keeps the
+ * rows up to then; NAN: a new file. directory NULL: no file, balances are checked all the same. On
+ * error *ledger may carry the message; free it. */
+cpl_status cpl_ledger_new(const char *directory, double tolerance, double from,
+                          cpl_ledger **ledger);
 void cpl_ledger_free(cpl_ledger *ledger);
 /* Book a step: writes a row; CPL_IMBALANCE when a residual passes the tolerance, named in message.
  */
@@ -229,6 +232,16 @@ cpl_status cpl_ledger_book(cpl_ledger *ledger, const cpl_entry *entry);
  */
 double cpl_ledger_residual(const cpl_ledger *ledger);
 const char *cpl_ledger_message(const cpl_ledger *ledger);
+
+/* ---- time series ----------------------------------------------------------------------------- */
+
+/**
+ * A text file of rows that begin with the time, behind `head` (whole lines); folders are made. Of
+ * rows that are there already those up to the time `from` are kept, none if it is NAN. NULL with
+ * the reason in `message`; else there is a note in it if the head was another one, and the file
+ * that had it was put aside.
+ */
+FILE *cpl_table_open(const char *path, const char *head, double from, char *message, size_t size);
 
 #ifdef __cplusplus
 }

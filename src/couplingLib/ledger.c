@@ -21,12 +21,10 @@
  */
 #include "cpl.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum { VOLUME, EXCHANGE, CARRY, MOMENTUM, BALANCES };
 static const char *const balance[BALANCES] = {"volume", "exchange", "carry", "particle momentum"};
@@ -67,46 +65,23 @@ static const char header[] =
     "gone_x,gone_y,gone_z,scale,momentum_scale,"
     "residual_volume,residual_exchange,residual_carry,residual_momentum\n";
 
-/* mkdir -p */
-static int make_directories(const char *path)
+static cpl_status open_file(cpl_ledger *ledger, const char *directory, double from)
 {
-    char *copy = malloc(strlen(path) + 1);
-    if (!copy) return 1;
-    strcpy(copy, path);
-    int failed = 0;
-    for (char *s = copy + 1; !failed; s++) {
-        if (*s != '/' && *s != 0) continue;
-        const char end = *s;
-        *s = 0;
-        failed = mkdir(copy, 0777) != 0 && errno != EEXIST;
-        *s = end;
-        if (end == 0) break;
+    if (directory[0] == 0) {
+        snprintf(ledger->message, sizeof ledger->message,
+                 "cannot write ledger.csv: no directory given");
+        return CPL_IO;
     }
-    free(copy);
-    return failed;
-}
-
-static cpl_status open_file(cpl_ledger *ledger, const char *directory, int append)
-{
     const size_t size = strlen(directory) + sizeof "/ledger.csv";
     char *path = malloc(size);
     if (!path) return CPL_NO_MEMORY;
     snprintf(path, size, "%s/ledger.csv", directory);
-    if (directory[0] == 0 || make_directories(directory) ||
-        !(ledger->file = fopen(path, append ? "a" : "w"))) {
-        snprintf(ledger->message, sizeof ledger->message, "cannot write %.300s: %s", path,
-                 directory[0] ? strerror(errno) : "no directory given");
-        free(path);
-        return CPL_IO;
-    }
+    ledger->file = cpl_table_open(path, header, from, ledger->message, sizeof ledger->message);
     free(path);
-    setvbuf(ledger->file, NULL, _IOLBF, BUFSIZ);
-    fseek(ledger->file, 0, SEEK_END);
-    if (ftell(ledger->file) == 0) fputs(header, ledger->file);
-    return CPL_OK;
+    return ledger->file ? CPL_OK : CPL_IO;
 }
 
-cpl_status cpl_ledger_new(const char *directory, double tolerance, int append, cpl_ledger **result)
+cpl_status cpl_ledger_new(const char *directory, double tolerance, double from, cpl_ledger **result)
 {
     cpl_ledger *ledger = *result = calloc(1, sizeof *ledger);
     if (!ledger) return CPL_NO_MEMORY;
@@ -116,7 +91,7 @@ cpl_status cpl_ledger_new(const char *directory, double tolerance, int append, c
                  "tolerance of the ledger is %g and must be positive", tolerance);
         return CPL_BAD_ARGUMENT;
     }
-    return directory ? open_file(ledger, directory, append) : CPL_OK;
+    return directory ? open_file(ledger, directory, from) : CPL_OK;
 }
 
 void cpl_ledger_free(cpl_ledger *ledger)
@@ -173,7 +148,7 @@ cpl_status cpl_ledger_book(cpl_ledger *ledger, const cpl_entry *entry)
     balances(entry, ledger->residual);
     if (ledger->file) {
         write_row(ledger->file, entry, ledger->residual);
-        if (ferror(ledger->file)) {
+        if (fflush(ledger->file) != 0) { /* so that a run can be watched */
             snprintf(ledger->message, sizeof ledger->message,
                      "time %g s: the ledger cannot be written", entry->time);
             return CPL_IO;

@@ -100,17 +100,16 @@ static int inertia_matters(const phase_param *param)
     return 0;
 }
 
+/* In the order of their names, as a restart file brings them: then the files of a run do not
+ * depend on how often it was interrupted. */
 static int attach(phase *ph)
 {
+    ph->acceleration = ph->inertia ? dem_attach(ph->dem, "acceleration", 3) : 0;
     ph->carried = dem_attach(ph->dem, "carried", 3);
-    ph->force = dem_attach(ph->dem, "fluidForce", 3);
     ph->kappa = dem_attach(ph->dem, "dragCoefficient", 1);
+    ph->force = dem_attach(ph->dem, "fluidForce", 3);
+    ph->before = ph->inertia ? dem_attach(ph->dem, "velocityBefore", 3) : 0;
     ph->eps_p = dem_attach(ph->dem, "voidFraction", 1);
-    ph->acceleration = ph->before = 0;
-    if (ph->inertia) {
-        ph->acceleration = dem_attach(ph->dem, "acceleration", 3);
-        ph->before = dem_attach(ph->dem, "velocityBefore", 3);
-    }
     return ph->carried < 0 || ph->force < 0 || ph->kappa < 0 || ph->eps_p < 0 ||
            ph->acceleration < 0 || ph->before < 0;
 }
@@ -204,11 +203,36 @@ static int build(phase *ph, const phase_param *param)
     if (mapped) return cpl_failed(ph, mapped, cpl_map_message(ph->map));
     int rank;
     MPI_Comm_rank(ph->comm, &rank);
-    const cpl_status opened = cpl_ledger_new(rank == 0 ? param->ledger : NULL,
-                                             ph->coupling.ledger_tolerance, 0, &ph->ledger);
+    const cpl_status opened =
+        cpl_ledger_new(rank == 0 ? param->ledger : NULL, ph->coupling.ledger_tolerance,
+                       param->dem->restart ? dem_time(ph->dem) : NAN, &ph->ledger);
     if (opened) return cpl_failed(ph, opened, cpl_ledger_message(ph->ledger));
     if (attach(ph) || allocate_cells(ph))
         return phase_fail(ph, DEM_NO_MEMORY, "no memory for the particle phase");
+    return 0;
+}
+
+/* The particles meet the fluid for the first time. */
+static int begin(phase *ph)
+{
+    welcome(ph);
+    find_velocity(ph);
+    return phase_drag(ph, (const double(*)[3])ph->Us);
+}
+
+/* The particles come from a restart file with what the fluid has done to them. */
+static int go_on(phase *ph, const char *file)
+{
+    const int state[] = {ph->carried, ph->force, ph->kappa, ph->eps_p};
+    for (size_t k = 0; k < sizeof state / sizeof *state; k++)
+        if (!dem_column_restored(ph->dem, state[k]))
+            return phase_fail(
+                ph, DEM_IO,
+                "restart file %s: is of a run of particles alone, with no forces of a "
+                "fluid",
+                file);
+    find_velocity(ph);
+    cpl_scatter(ph->map, 1, dem_column(ph->dem, ph->kappa), ph->K);
     return 0;
 }
 
@@ -228,10 +252,8 @@ int phase_new(MPI_Comm comm, const phase_param *param, phase **result)
     if (failed) return failed;
     memcpy(ph->gravity, param->dem->gravity, sizeof ph->gravity);
     find_floor(ph);
-    welcome(ph);
     memcpy(ph->eps_before, ph->eps, ph->mesh.n * sizeof *ph->eps);
-    find_velocity(ph);
-    failed = phase_drag(ph, (const double(*)[3])ph->Us);
+    failed = param->dem->restart ? go_on(ph, param->dem->restart) : begin(ph);
     ph->revision = UINT64_MAX;
     ph->report.map = cpl_map_last_report(ph->map);
     return failed;
@@ -311,7 +333,7 @@ int phase_advance(phase *ph, double dt)
     ph->report.map = cpl_map_last_report(ph->map);
     ph->report.seconds_dem = middle - start;
     ph->report.seconds_map = MPI_Wtime() - middle;
-    ph->report.seconds_drag = 0;
+    ph->report.seconds_drag = ph->report.seconds_exchange = 0;
     return 0;
 }
 
@@ -363,6 +385,13 @@ static const vector *seen_velocity(phase *ph, const dem_view *p, const double (*
     return (const vector *)ph->s;
 }
 
+static void add_seconds(phase *ph)
+{
+    const phase_report *r = &ph->report;
+    const double part[] = {r->seconds_dem, r->seconds_map, r->seconds_exchange, r->seconds_drag};
+    for (int k = 0; k < PHASE_PARTS; k++) ph->seconds[k] += part[k];
+}
+
 int phase_settle(phase *ph, const double (*u)[3], const double (*grad_p)[3],
                  const double (*tensor)[9], const double fluid_drag[3],
                  const double fluid_pressure[3])
@@ -380,6 +409,7 @@ int phase_settle(phase *ph, const double (*u)[3], const double (*grad_p)[3],
                (vector *)dem_column(ph->dem, ph->carried));
     const int failed = phase_book(ph, fluid_drag, fluid_pressure);
     ph->report.seconds_drag += MPI_Wtime() - start;
+    add_seconds(ph);
     return failed;
 }
 

@@ -22,6 +22,10 @@
  * particles carry from step to step lives in columns of the engine: carried, fluidForce [3],
  * dragCoefficient, voidFraction [1], and where the fluid's inertia can matter acceleration,
  * velocityBefore [3].
+ *
+ * Restart: dem_write_restart of phase_engine() between two steps saves all of it. A phase made with
+ * param.dem->restart goes on bit for bit, if the fluid does: void fraction and mean velocity of the
+ * cells follow from the particles, K and S are those of the next phase_drag. The ledger goes on.
  */
 #ifndef PHASE_H
 #define PHASE_H
@@ -102,6 +106,11 @@ phase_report phase_last_report(const phase *phase);
  * completion. seconds_fluid: the solver's own part. */
 int phase_log(const phase *phase, char *line, size_t size, double time, double end_time,
               double courant, double seconds_fluid, double seconds_elapsed, double start_time);
+/* Table of where the time went in all steps, s and per cent: DEM, map, exchange, drag (forces), the
+ * flow solver's own seconds_fluid, and what is left of seconds_all. Means over the ranks;
+ * collective. Returns its length like snprintf. */
+int phase_shares(const phase *phase, char *text, size_t size, double seconds_fluid,
+                 double seconds_all);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * phase_log.c - the line of the log that a coupled step leaves.
+ * phase_log.c - the line of the log that a coupled step leaves, and the table of all of them.
  *
  * One line a step, columns of fixed width so that a run can be watched and grepped:
  *
@@ -36,4 +36,26 @@ int phase_log(const phase *ph, char *line, size_t size, double time, double end_
                     (long long)(r.dem.contacts + r.dem.wall_contacts), 100 * r.dem.overlap,
                     r.stiffness, r.ledger_residual, 1e3 * r.seconds_dem, 1e3 * r.seconds_map,
                     1e3 * r.seconds_drag, 1e3 * seconds_fluid, left);
+}
+
+int phase_shares(const phase *ph, char *text, size_t size, double seconds_fluid, double seconds_all)
+{
+    static const char *const name[] = {"DEM", "map", "exchange", "forces", "fluid", "other", "all"};
+    enum { FLUID = PHASE_PARTS, OTHER, ALL, ROWS };
+    double mine[ROWS], mean[ROWS];
+    int ranks, used = 0;
+    for (int k = 0; k < PHASE_PARTS; k++) mine[k] = ph->seconds[k];
+    mine[FLUID] = seconds_fluid;
+    mine[ALL] = mine[OTHER] = seconds_all;
+    for (int k = 0; k < OTHER; k++) mine[OTHER] -= mine[k];
+    MPI_Comm_size(ph->comm, &ranks);
+    MPI_Allreduce(mine, mean, ROWS, MPI_DOUBLE, MPI_SUM, ph->comm);
+    for (int k = -1; k < ROWS; k++) {
+        char *at = text + ((size_t)used < size ? (size_t)used : size);
+        const size_t room = (size_t)used < size ? size - (size_t)used : 0;
+        used += k < 0 ? snprintf(at, room, "%-12s%12s%8s\n", "Time", "s", "%")
+                      : snprintf(at, room, "    %-8s%12.2f%8.1f\n", name[k], mean[k] / ranks,
+                                 mean[ALL] > 0 ? 100 * mean[k] / mean[ALL] : 0);
+    }
+    return used;
 }

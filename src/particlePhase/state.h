@@ -23,6 +23,9 @@ typedef struct phase_sums {
     double mass, moment;   /* sum m, sum m x.up */
 } phase_sums;
 
+/* Parts of a step whose time is taken. */
+enum { PHASE_PARTS = 4 };
+
 enum { PHASE_SUMS = sizeof(phase_sums) / sizeof(double) };
 
 struct phase {
@@ -53,6 +56,7 @@ struct phase {
     phase_sums at_start; /* of the step */
     uint64_t revision;   /* of the particles that at_start holds for */
     phase_report report;
+    double seconds[PHASE_PARTS]; /* wall-clock of all steps: DEM, map, exchange, drag */
     char message[512];
 };
 
