@@ -120,6 +120,9 @@ typedef struct case_control {
 } case_control;
 /* Notes what OpenFOAM knows and the C programs do not follow: purgeWrite, binary fields. */
 void case_read_control(const char *directory, case_control *control, case_errors *errors);
+/* The same for a run that goes on from a restart file if there is one, as case_find_restart says;
+ * its time may then be past end_time. */
+void case_read_run(const char *directory, case_control *control, case_errors *errors);
 /* Where startFrom lets a run start: a key, or the time directories there are. */
 double case_start_time(const case_dict *dict, const char *directory, case_errors *errors);
 /* Of a controlDict that has been read only what any solver needs: deltaT, and endTime after

@@ -149,23 +149,34 @@ static void note_ignored(const case_dict *dict, case_errors *errors)
                   "writeCompression: felmiMAC writes fields uncompressed, whatever is said here");
 }
 
-void case_control_of(const case_dict *dict, double start_time, case_control *control,
-                     case_errors *errors)
+static void read_times(const case_dict *dict, case_control *control, case_errors *errors)
 {
-    *control = (case_control){.start_time = start_time,
-                              .max_co = INFINITY,
+    *control = (case_control){.max_co = INFINITY,
                               .max_delta_t = INFINITY,
                               .time_precision = 6,
                               .write_precision = WRITE_PRECISION};
     control->end_time = read_number(dict, "endTime", "s", NULL, case_any, errors);
-    if (control->end_time <= start_time)
-        key_error(errors, dict, "endTime", "found %g; accepted: a time after the start, %g s",
-                  control->end_time, start_time);
     control->delta_t = read_number(dict, "deltaT", "s", NULL, case_positive, errors);
-    control->write_interval = control->end_time - start_time;
 }
 
-void case_read_control(const char *directory, case_control *control, case_errors *errors)
+static void check_end(const case_dict *dict, const case_control *control, case_errors *errors)
+{
+    if (control->end_time <= control->start_time)
+        key_error(errors, dict, "endTime", "found %g; accepted: a time after the start, %g s",
+                  control->end_time, control->start_time);
+}
+
+void case_control_of(const case_dict *dict, double start_time, case_control *control,
+                     case_errors *errors)
+{
+    read_times(dict, control, errors);
+    control->start_time = start_time;
+    control->write_interval = control->end_time - start_time;
+    check_end(dict, control, errors);
+}
+
+static void read_control(const char *directory, int restarts, case_control *control,
+                         case_errors *errors)
 {
     static const char *const known[] = {
         "application",       "startFrom",      "startTime",    "stopAt",
@@ -180,9 +191,11 @@ void case_read_control(const char *directory, case_control *control, case_errors
     if (!dict) return;
     suspect_keys(dict, known, errors);
     case_choice(dict, "stopAt", stop, 0, errors);
-    const case_start from = start_from(dict, errors);
-    case_control_of(dict, start_time_of(dict, directory, from, errors), control, errors);
-    control->start_from = from;
+    read_times(dict, control, errors);
+    control->start_from = start_from(dict, errors);
+    control->start_time = start_time_of(dict, directory, control->start_from, errors);
+    if (restarts) case_find_restart(directory, control);
+    if (!control->restart[0]) check_end(dict, control, errors);
     control->adjust_time_step = case_bool(dict, "adjustTimeStep", &(int){0}, errors);
     control->write_interval = read_interval(dict, control, errors);
     control->max_co = read_number(dict, "maxCo", "", &(double){1}, case_positive, errors);
@@ -194,6 +207,16 @@ void case_read_control(const char *directory, case_control *control, case_errors
     read_restart(dict, control, errors);
     note_ignored(dict, errors);
     case_dict_free(dict);
+}
+
+void case_read_control(const char *directory, case_control *control, case_errors *errors)
+{
+    read_control(directory, 0, control, errors);
+}
+
+void case_read_run(const char *directory, case_control *control, case_errors *errors)
+{
+    read_control(directory, 1, control, errors);
 }
 
 void case_time_name(const case_control *control, double time, double apart, char *name, size_t size)

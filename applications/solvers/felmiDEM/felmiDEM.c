@@ -17,8 +17,8 @@
 #include "banner.h"
 #include "message.h"
 #include "progress.h"
+#include "restarts.h"
 
-#include <errno.h>
 #include <math.h>
 #include <mpi.h>
 #include <stdio.h>
@@ -66,8 +66,7 @@ static int read_case(run *r)
                        case_file_exists(r->directory, "constant/polyMesh/blockMeshDict");
     case_mesh mesh;
     double gravity[3];
-    case_read_control(r->directory, &r->control, errors);
-    if (case_errors_count(errors) == 0) case_find_restart(r->directory, &r->control);
+    case_read_run(r->directory, &r->control, errors);
     if (meshed) case_read_mesh(r->directory, &mesh, errors);
     case_read_gravity(r->directory, gravity, errors);
     case_dict *dict = case_read_file(r->directory, "constant/demProperties", errors);
@@ -146,20 +145,6 @@ static void print_step(const run *r, long step, double seconds)
 
 /* ---- the run --------------------------------------------------------------------------------- */
 
-/* What a user can do about a restart file that is refused. */
-static void tell_older(const run *r)
-{
-    char name[CASE_NAME];
-    const double before = nextafter(r->control.start_time, -INFINITY);
-    const double time = case_restart_latest(r->directory, before, name);
-    if (isnan(time))
-        message_stop(PROGRAM, "there is no older restart file; 'startFrom startTime' begins anew");
-    else
-        message_stop(PROGRAM,
-                     "to go on from restart/%s instead: 'startFrom startTime; startTime %.12g;'",
-                     name, time);
-}
-
 static int make_engine(run *r)
 {
     char path[sizeof r->restarts + CASE_NAME];
@@ -169,7 +154,7 @@ static int make_engine(run *r)
     progress_follow(&r->progress, &r->dem.param);
     if (dem_new(MPI_COMM_WORLD, &r->dem.param, &r->sim) != DEM_OK) {
         message_stop(PROGRAM, "%s", r->sim ? dem_message(r->sim) : "out of memory");
-        if (again) tell_older(r);
+        if (again) restarts_tell_older(PROGRAM, r->directory, &r->control);
         return 1;
     }
     r->owned = 1;
@@ -183,26 +168,14 @@ static int make_engine(run *r)
     return 0;
 }
 
-/* Files that the next restart must not take for those of this run. */
-static int set_aside(run *r)
-{
-    const int moved = case_set_restarts_aside(r->directory, &r->control);
-    if (moved < 0)
-        message_stop(PROGRAM, "cannot move restart files of an earlier run to %s.old: %s",
-                     r->restarts, strerror(errno));
-    else if (moved > 0)
-        printf("Moved %d restart file%s of an earlier run to restart.old\n", moved,
-               moved == 1 ? "" : "s");
-    return moved < 0;
-}
-
 static int start(run *r)
 {
     const int again = r->control.restart[0] != '\0';
     snprintf(r->snapshots, sizeof r->snapshots, "%s/dem", r->directory);
     snprintf(r->restarts, sizeof r->restarts, "%s/restart", r->directory);
     start_case(&r->dem, &r->control);
-    if (make_engine(r) != 0 || set_aside(r) != 0) return 1;
+    if (make_engine(r) != 0 || restarts_set_aside(PROGRAM, r->directory, &r->control) != 0)
+        return 1;
     const double now = dem_time(r->sim);
     double origin = now;
     if (again) dem_kept(r->sim, "timeOrigin", 1, &origin);
