@@ -90,6 +90,7 @@ int mac_coupled_step(mac_coupled *c, double dt, char *message, size_t size)
     if (mac_step(m, dt)) return fail(message, size, m->message);
     if (ph) mac_exchange(m, c->U, c->tensor, c->gradient, c->drag, c->pressure);
     c->seconds_fluid = MPI_Wtime() - start;
+    c->seconds_fluid_all += c->seconds_fluid;
     if (ph && phase_settle(ph, (const double(*)[3])c->U, (const double(*)[3])c->gradient,
                            (const double(*)[9])c->tensor, c->drag, c->pressure))
         return fail(message, size, phase_message(ph));

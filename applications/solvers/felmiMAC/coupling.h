@@ -15,7 +15,8 @@ typedef struct mac_coupled {
     size_t cells;
     double (*U)[3], (*gradient)[3], (*tensor)[9]; /* [cells], scratch */
     double drag[3], pressure[3];                  /* on the particles in the last step, N */
-    double seconds_fluid; /* wall-clock of the last step without the particles' part */
+    double seconds_fluid;     /* wall-clock of the last step without the particles' part */
+    double seconds_fluid_all; /* of all steps */
 } mac_coupled;
 
 /* Takes what `dem` and `coupling` describe; `dem` NULL: no particles. 0, or -1 with the text in

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * log.c - start of the log, line of a step, and the time series of the flow.
+ * log.c - start of the log, line of a step, table of times, and the time series of the flow.
  *
  * The limits of the time step are those of the explicit terms: convection and viscosity of the
  * fluid (mac_limits) and contacts of the particles. Explicit drag is limited by
@@ -11,11 +11,9 @@
 #include "log.h"
 #include "banner.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* ---- the case -------------------------------------------------------------------------------- */
 
@@ -163,30 +161,27 @@ void mac_log_step(const mac_case *c, const mac_coupled *coupled, double time, do
     fflush(stdout);
 }
 
+void mac_log_shares(const mac_coupled *coupled, double seconds_elapsed)
+{
+    char text[1024];
+    if (!coupled->particles) return;
+    phase_shares(coupled->particles, text, sizeof text, coupled->seconds_fluid_all,
+                 seconds_elapsed);
+    printf("\n%s", text);
+}
+
 /* ---- time series ----------------------------------------------------------------------------- */
 
-FILE *mac_series_open(const mac_case *c, char *message, size_t size)
+FILE *mac_series_open(const mac_case *c, double from, char *message, size_t size)
 {
-    static const char *const folders[] = {"postProcessing", "postProcessing/felmiMAC"};
-    char path[4200];
-    for (int i = 0; i < 2; i++) {
-        snprintf(path, sizeof path, "%s/%s", c->directory, folders[i]);
-        if (mkdir(path, 0777) && errno != EEXIST) {
-            snprintf(message, size, "%s cannot be made: %s", path, strerror(errno));
-            return NULL;
-        }
-    }
-    snprintf(path, sizeof path, "%s/postProcessing/felmiMAC/solver.csv", c->directory);
-    FILE *file = fopen(path, "w");
-    if (!file) {
-        snprintf(message, size, "%s cannot be written: %s", path, strerror(errno));
-        return NULL;
-    }
-    fputs("time,deltaT,courant,iterations,residual", file);
+    char path[4200], head[6 * (CASE_NAME + 3) + 80];
+    int n = snprintf(head, sizeof head, "time,deltaT,courant,iterations,residual");
     for (int i = 0; i < c->patches; i++)
-        if (c->patch[i].type == CASE_PATCH) fprintf(file, ",p_%s", c->patch[i].name);
-    fputs(",height\n", file);
-    return file;
+        if (c->patch[i].type == CASE_PATCH)
+            n += snprintf(head + n, sizeof head - (size_t)n, ",p_%s", c->patch[i].name);
+    snprintf(head + n, sizeof head - (size_t)n, ",height\n");
+    snprintf(path, sizeof path, "%s/postProcessing/felmiMAC/solver.csv", c->directory);
+    return cpl_table_open(path, head, from, message, size);
 }
 
 int mac_series_write(FILE *file, const mac_case *c, const mac_coupled *coupled, double time,

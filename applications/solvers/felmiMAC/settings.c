@@ -171,15 +171,19 @@ void mac_time_name(const mac_case *c, double time, char *name, size_t size)
     case_time_name(&c->control, time, 1e-3 * c->control.write_interval, name, size);
 }
 
+/* Particles begin at time 0 or go on from a restart file. The conditions are then those that the
+ * run began with: a time directory holds fewer digits, and may not be there. */
 static void check_time(mac_case *c, case_errors *errors)
 {
-    mac_time_name(c, c->control.start_time, c->start, sizeof c->start);
-    if (c->particles && c->control.start_time != 0)
-        case_error(
-            errors, "system/controlDict", 0,
-            "startTime: found %g; a run with particles can only start at 0 as yet; accepted: "
-            "startFrom startTime; startTime 0;",
-            c->control.start_time);
+    const case_control *control = &c->control;
+    mac_time_name(c, control->restart[0] ? 0 : control->start_time, c->start, sizeof c->start);
+    if (!c->particles || control->restart[0] || control->start_time == 0) return;
+    char time[32];
+    mac_time_name(c, control->start_time, time, sizeof time);
+    case_error(errors, "system/controlDict", 0,
+               "%s: particles would start at %s s, for which there is no file restart/%s.h5; "
+               "accepted: a time of which there is one, or startFrom startTime; startTime 0;",
+               control->start_from == CASE_START_TIME ? "startTime" : "startFrom", time, time);
 }
 
 /* A fixed step beyond the viscous limit cannot work. The conditions must be known before. */
@@ -202,7 +206,10 @@ void mac_case_read(const char *directory, mac_case *c, case_errors *errors)
     c->directory = directory;
     c->flow = mac_param_default();
     c->coupling = cpl_param_default();
-    case_read_control(directory, &c->control, errors);
+    if (case_file_exists(directory, "constant/demProperties"))
+        case_read_run(directory, &c->control, errors);
+    else
+        case_read_control(directory, &c->control, errors);
     case_read_fluid(directory, &c->fluid, errors);
     int before = case_errors_count(errors);
     case_read_mesh(directory, &c->mesh, errors);

@@ -34,7 +34,7 @@ typedef struct mac_case {
     int patches;
     mac_patch patch[6]; /* in the order of blockMeshDict */
     double (*U)[3];     /* initial velocity, [cells], malloced */
-    char start[32];     /* name of the start's time directory */
+    char start[32];     /* name of the time directory with the conditions */
 } mac_case;
 
 /* Read everything; what is wrong is added to errors. */
