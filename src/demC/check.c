@@ -6,6 +6,8 @@
  */
 #include "check.h"
 
+#include "halo.h"
+
 #include "levels.h"
 
 #include <math.h>
@@ -63,6 +65,11 @@ static dem_status check_numbers(dem_sim *sim, const dem_param *param)
                     param->fixed_step);
     if (!(param->impact_speed >= 0) || !isfinite(param->impact_speed))
         return fail(sim, DEM_BAD_ARGUMENT, "impact speed %g m/s must be >= 0", param->impact_speed);
+    if (!(param->imbalance > 1) || !isfinite(param->imbalance))
+        return fail(sim, DEM_BAD_ARGUMENT,
+                    "imbalance %g must be > 1 (work of the busiest rank over the mean; 1.1 is "
+                    "usual)",
+                    param->imbalance);
     if (!(param->skin > 0) || !isfinite(param->skin))
         return fail(sim, DEM_BAD_ARGUMENT,
                     "skin %g must be > 0 (fraction of the largest diameter; .15 is usual)",
@@ -292,18 +299,25 @@ static int look_at_pair(void *context, uint32_t i, uint32_t j, const double d[3]
     return deep->overlap > most_overlap ? (int)j + 1 : 0;
 }
 
+/* A sphere that is looked at: present, label = id, or to be added, label = -1 - place. */
+typedef struct crowd {
+    size_t n;
+    double (*pos)[4];
+    int64_t *label;
+} crowd;
+
 /* "particle 17", or by its place among those to be added. */
-static const char *name_of(const dem_sim *sim, size_t i, char name[64])
+static const char *name_of(int64_t label, char name[64])
 {
-    const particles *p = &sim->particles;
-    if (i < p->n)
-        snprintf(name, 64, "particle %lld", (long long)p->id[i]);
+    if (label >= 0)
+        snprintf(name, 64, "particle %lld", (long long)label);
     else
-        snprintf(name, 64, "particle %zu to be added", i - p->n);
+        snprintf(name, 64, "particle %lld to be added", -(long long)label - 1);
     return name;
 }
 
-static dem_status refuse_pair(dem_sim *sim, size_t i, size_t j, const deepest *deep)
+static dem_status refuse_pair(dem_sim *sim, const crowd *all, size_t i, size_t j,
+                              const deepest *deep)
 {
     char one[64], two[64];
     size_t a = i > j ? i : j, b = i > j ? j : i; /* the later one first */
@@ -311,40 +325,62 @@ static dem_status refuse_pair(dem_sim *sim, size_t i, size_t j, const deepest *d
     return fail(sim, DEM_BAD_ARGUMENT,
                 "%s at (%g %g %g), radius %g m, and %s at (%g %g %g), radius %g m, overlap by %g "
                 "times the smaller radius, must be at most %g",
-                name_of(sim, a, one), x[0], x[1], x[2], x[3], name_of(sim, b, two), y[0], y[1],
-                y[2], y[3], deep->overlap, most_overlap);
+                name_of(all->label[a], one), x[0], x[1], x[2], x[3], name_of(all->label[b], two),
+                y[0], y[1], y[2], y[3], deep->overlap, most_overlap);
 }
 
-static dem_status look_at_all(dem_sim *sim, size_t n, deepest *deep)
+static dem_status look_at_all(dem_sim *sim, const crowd *all, deepest *deep)
 {
     levels g;
-    dem_status status = levels_init(&g, sim->lo, sim->hi, sim->periodic, n, deep->pos, 0);
-    if (status) return fail(sim, status, "out of memory with %zu particles", n);
-    for (size_t i = 0; i < n && !status; i++) {
+    dem_status status = levels_init(&g, sim->lo, sim->hi, sim->periodic, all->n, deep->pos, 0);
+    if (status) return fail(sim, status, "out of memory with %zu particles", all->n);
+    for (size_t i = 0; i < all->n && !status; i++) {
         int j = levels_partners(&g, (uint32_t)i, look_at_pair, deep) - 1;
-        if (j >= 0) status = refuse_pair(sim, i, (size_t)j, deep);
+        if (j >= 0) status = refuse_pair(sim, all, i, (size_t)j, deep);
     }
     levels_free(&g);
     return status;
 }
 
-dem_status check_overlaps(dem_sim *sim, size_t n, const double (*x)[3], const double *radius,
-                          double *largest)
+/* Those present here and the n to be added, wrapped. */
+static dem_status gather_own(dem_sim *sim, size_t n, const double (*x)[3], const double *radius,
+                             const int64_t *label, crowd *all)
 {
     const particles *p = &sim->particles;
-    double(*pos)[4] = malloc((p->n + n) * sizeof *pos);
-    if (!pos) return fail(sim, DEM_NO_MEMORY, "out of memory with %zu particles", p->n + n);
-    for (size_t i = 0; i < p->n + n; i++) {
-        memcpy(pos[i], i < p->n ? p->pos[i] : x[i - p->n], 3 * sizeof(double));
-        pos[i][3] = i < p->n ? p->radius[i] : radius[i - p->n];
+    all->n = p->n + n;
+    all->pos = malloc((all->n + 1) * sizeof *all->pos);
+    all->label = malloc((all->n + 1) * sizeof *all->label);
+    if (!all->pos || !all->label)
+        return fail(sim, DEM_NO_MEMORY, "out of memory with %zu particles", all->n);
+    for (size_t i = 0; i < all->n; i++) {
+        const size_t k = i - p->n;
+        double *pos = all->pos[i];
+        memcpy(pos, i < p->n ? p->pos[i] : x[k], 3 * sizeof(double));
+        pos[3] = i < p->n ? p->radius[i] : radius[k];
+        all->label[i] = i < p->n ? p->id[i] : label ? label[k] : -(int64_t)k - 1;
         for (int a = 0; a < 3; a++) {
             double length = sim->hi[a] - sim->lo[a];
-            if (sim->periodic[a]) pos[i][a] -= length * floor((pos[i][a] - sim->lo[a]) / length);
+            if (sim->periodic[a]) pos[a] -= length * floor((pos[a] - sim->lo[a]) / length);
         }
     }
-    deepest deep = {(const double(*)[4])pos, 0};
-    dem_status status = look_at_all(sim, p->n + n, &deep);
-    *largest = fmax(deep.overlap, walls_overlap(&sim->walls, p->n + n, deep.pos));
-    free(pos);
+    return DEM_OK;
+}
+
+dem_status check_overlaps(dem_sim *sim, size_t n, const double (*x)[3], const double *radius,
+                          const int64_t *label, double largest_radius, double *largest)
+{
+    crowd all = {0};
+    dem_status status = gather_own(sim, n, x, radius, label, &all);
+    const size_t own = all.n;
+    status = halo_spheres(sim, status, largest_radius, &all.n, &all.pos, &all.label);
+    if (!status) {
+        deepest deep = {(const double(*)[4])all.pos, 0};
+        status = look_at_all(sim, &all, &deep);
+        *largest = fmax(deep.overlap, walls_overlap(&sim->walls, own, deep.pos));
+    }
+    free(all.pos);
+    free(all.label);
+    status = agree(sim, status);
+    max_reals(sim, largest, 1);
     return status;
 }

@@ -19,9 +19,11 @@ dem_status check_inside(dem_sim *sim);
  */
 dem_status check_crossing(dem_sim *sim);
 /* No two particles, present or among the n to be added, overlap by more than 1.5 times the
- * smaller radius. *largest is the largest overlap of them and of walls, in smaller radii. */
+ * smaller radius. *largest is the largest overlap of them and of walls, in smaller radii. Those to
+ * be added are with their owners; label[i], unless NULL, is -1 less their place in what the caller
+ * gave; no radius is above `largest_radius`. Collective. */
 dem_status check_overlaps(dem_sim *sim, size_t n, const double (*x)[3], const double *radius,
-                          double *largest);
+                          const int64_t *label, double largest_radius, double *largest);
 /* Periodic sides are at least two ranges apart. */
 dem_status check_range(dem_sim *sim, double largest_radius);
 

@@ -48,6 +48,11 @@ void min_reals(const dem_sim *sim, double *x, int n)
     if (sim->ranks > 1) MPI_Allreduce(MPI_IN_PLACE, x, n, MPI_DOUBLE, MPI_MIN, sim->comm);
 }
 
+void max_counts(const dem_sim *sim, int64_t *x, int n)
+{
+    if (sim->ranks > 1) MPI_Allreduce(MPI_IN_PLACE, x, n, MPI_INT64_T, MPI_MAX, sim->comm);
+}
+
 int64_t sum_before(const dem_sim *sim, int64_t count)
 {
     int64_t before = 0;

@@ -20,6 +20,7 @@ void sum_reals(const dem_sim *sim, double *x, int n);
 void sum_counts(const dem_sim *sim, int64_t *x, int n);
 void max_reals(const dem_sim *sim, double *x, int n);
 void min_reals(const dem_sim *sim, double *x, int n);
+void max_counts(const dem_sim *sim, int64_t *x, int n);
 /* Of n things in a row the rank r has those from slice(n, r, ranks) to slice(n, r + 1, ranks). */
 static inline size_t slice(size_t n, int r, int ranks)
 {

@@ -63,6 +63,19 @@ static dem_status reserve(contacts *c, size_t entries)
     return DEM_OK;
 }
 
+dem_status contacts_append(contacts *c, const saved_contact *s)
+{
+    if (c->n_saved == c->saved_capacity) {
+        size_t room = c->n_saved + c->n_saved / 8 + 64;
+        saved_contact *grown = realloc(c->saved, room * sizeof *grown);
+        if (!grown) return DEM_NO_MEMORY;
+        c->saved = grown;
+        c->saved_capacity = room;
+    }
+    c->saved[c->n_saved++] = *s;
+    return DEM_OK;
+}
+
 void contacts_renumber(contacts *c, const uint32_t *place)
 {
     size_t kept = 0;

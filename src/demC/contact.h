@@ -34,6 +34,8 @@ typedef struct contacts {
 void contacts_free(contacts *c);
 /* Remember the touching pairs of the list as it is. */
 dem_status contacts_save(contacts *c, const neighbour *list);
+/* Remember one more, brought by a particle from another rank. */
+dem_status contacts_append(contacts *c, const saved_contact *s);
 /* Particles have gone between the two: place[old] is a particle's new index, UINT32_MAX none. */
 void contacts_renumber(contacts *c, const uint32_t *place);
 /* Give every pair of the new list its history; list->place tells where particles went. */

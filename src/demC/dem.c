@@ -6,10 +6,12 @@
  *
  *     feeders          at moments of their own
  *     neighbour list   only when some particle has moved by half the skin: outlets take what is in
- *                      them, wrap, check that none is lost, sort by (cell, id), list, history of
- *                      contacts carried over
+ *                      them, wrap, check that none is lost, particles to the ranks that own their
+ *                      places, ghosts, sort by (cell, id), list, history of contacts carried over
+ *     ghosts           follow their owners, in the other steps
  *     forces           pairs, then walls, at x and v of the step's beginning
  *     motion           symplectic Euler; impulse of the outside force
+ *     agreement        the largest speed of all ranks, and that all are well
  *
  * After the last one: outlets again, and check again that no particle is lost, so that the caller
  * never sees one. Everything is allocated when particles come or go or the list is rebuilt; any
@@ -20,6 +22,7 @@
 #include "force.h"
 #include "insert.h"
 #include "integrate.h"
+#include "migrate.h"
 #include "report.h"
 #include "restart.h"
 #include "snapshot.h"
@@ -108,6 +111,7 @@ static dem_status copy_param(dem_sim *sim, const dem_param *param)
     sim->time_step = param->time_step;
     sim->impact_speed = param->impact_speed;
     sim->skin = param->skin;
+    sim->imbalance = param->imbalance;
     sim->fixed_step = param->fixed_step;
     neighbour_init(&sim->list, sim->lo, sim->hi, sim->periodic, sim->ranks > 1);
     dem_status status = copy_materials(sim, param);
@@ -131,13 +135,19 @@ static dem_status run_insertion(dem_sim *sim, const dem_insertion *ins)
                                 .n_old = view.n,
                                 .x_old = view.x,
                                 .r_old = view.radius,
+                                .id_old = view.id,
                                 .n_material = (size_t)sim->n_material,
-                                .material = sim->material};
+                                .material = sim->material,
+                                .sim = sim};
     arrivals a;
     dem_status status = insert_particles(ins, &place, &a, sim->message, sizeof sim->message);
+    /* Every rank hands over its share. */
+    const size_t ranks = (size_t)sim->ranks, rank = (size_t)sim->rank;
+    const size_t begin = a.n * rank / ranks, n = a.n * (rank + 1) / ranks - begin;
     if (!status)
-        status = dem_add(sim, a.n, (const double(*)[3])a.x, (const double(*)[3])a.v,
-                         (const double(*)[3])a.omega, a.radius, a.material, NULL);
+        status = dem_add(sim, n, (const double(*)[3])a.x + begin, (const double(*)[3])a.v + begin,
+                         (const double(*)[3])a.omega + begin, a.radius + begin, a.material + begin,
+                         NULL);
     arrivals_free(&a);
     return status;
 }
@@ -149,13 +159,12 @@ dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
     sim->comm = MPI_COMM_NULL;
     MPI_Comm_rank(comm, &sim->rank);
     MPI_Comm_size(comm, &sim->ranks);
-    if (sim->ranks > 1)
-        return fail(sim, DEM_BAD_ARGUMENT,
-                    "the communicator has %d ranks; this version computes particles on one",
-                    sim->ranks);
     MPI_Comm_dup(comm, &sim->comm);
+    sim->report.imbalance = 1;
     dem_status status = check_param(sim, param);
     if (!status) status = copy_param(sim, param);
+    if (!status) status = domain_init(sim);
+    status = agree(sim, status);
     if (!status) status = walls_sample_for(sim, param);
     for (size_t k = 0; k < param->n_insertion && !status && !param->restart; k++)
         status = run_insertion(sim, &param->insertion[k]);
@@ -177,6 +186,8 @@ void dem_free(dem_sim *sim)
 {
     if (!sim) return;
     particles_free(&sim->particles);
+    halo_free(&sim->halo);
+    domain_free(&sim->domain);
     neighbour_free(&sim->list);
     contacts_free(&sim->contacts);
     walls_free(&sim->walls, sim->owns_shapes);
@@ -238,27 +249,51 @@ static int list_holds(dem_sim *sim)
     return list->moved < .45 * list->skin;
 }
 
-static dem_status rebuild(dem_sim *sim)
+/* Particles to their ranks, and the ghosts of this one. */
+static dem_status exchange_particles(dem_sim *sim)
+{
+    const double begin = MPI_Wtime();
+    dem_status status = domain_balance(sim);
+    if (!status) status = migrate(sim, sim->largest_radius + sim->list.skin);
+    sim->report.seconds_exchange += MPI_Wtime() - begin;
+    return status;
+}
+
+/* List, histories and walls of the particles and ghosts that are here. */
+static dem_status make_lists(dem_sim *sim)
 {
     particles *p = &sim->particles;
+    neighbour *list = &sim->list;
+    int uneven;
+    const double reach = list_reach(sim, &uneven);
+    extent all = neighbour_extent(p);
+    min_reals(sim, all.lo, 3);
+    max_reals(sim, all.hi, 3);
+    all.n = (double)sim->total;
+    sim->walls.slack = .5 * list->skin;
+    if (neighbour_sort(list, p, &all, reach)) return no_memory(sim);
+    if (sim->ranks > 1) halo_follow(sim, list->place);
+    if (neighbour_fill(list, p, uneven) || contacts_restore(&sim->contacts, list))
+        return no_memory(sim);
+    return walls_list(&sim->walls, p, .5 * list->skin, list->place) ? no_memory(sim) : DEM_OK;
+}
+
+static dem_status rebuild(dem_sim *sim)
+{
     neighbour *list = &sim->list;
     dem_status status = outlets_take(sim);
     if (!status) status = check_inside(sim);
     if (!status) status = check_crossing(sim);
-    if (status || !p->n) return status;
     /* After particles came or went the histories are saved already, and the list no longer fits. */
-    if (list->valid && contacts_save(&sim->contacts, list)) return no_memory(sim);
+    if (!status && list->valid && contacts_save(&sim->contacts, list)) status = no_memory(sim);
+    status = agree(sim, status);
+    if (status || !sim->total) return status;
+    neighbour_wrap(list, &sim->particles);
     list->skin = sim->skin * 2 * sim->median_radius;
-    sim->walls.slack = .5 * list->skin;
-    int uneven;
-    neighbour_wrap(list, p);
-    const extent all = neighbour_extent(p);
-    if (neighbour_sort(list, p, &all, list_reach(sim, &uneven)) ||
-        neighbour_fill(list, p, uneven) || contacts_restore(&sim->contacts, list) ||
-        walls_list(&sim->walls, p, .5 * list->skin, list->place))
-        return no_memory(sim);
+    if (sim->ranks > 1) status = exchange_particles(sim);
+    if (!status) status = agree(sim, make_lists(sim));
     sim->report.rebuilds++;
-    return DEM_OK;
+    return status;
 }
 
 static void sum_forces(dem_sim *sim, double dt, int last)
@@ -269,13 +304,15 @@ static void sum_forces(dem_sim *sim, double dt, int last)
                          .table = sim->table,
                          .n_material = sim->n_material,
                          .uniform = sim->uniform,
-                         .mass = p->mass[0],
-                         .radius = p->radius[0],
-                         .only = sim->table[p->material[0] * (sim->n_material + 1)],
+                         .mass = sim->uniform_mass,
+                         .radius = sim->largest_radius,
+                         .only = sim->table[sim->uniform_material * (sim->n_material + 1)],
                          .dt = dt,
                          .extras = sim->any_extra ? &sim->extras : NULL,
                          .balance = sim->balance.on ? &sim->balance : NULL,
                          .survey = last};
+    /* What pairs with ghosts leave on them is the business of their owners. */
+    if (p->n_ghost) memset(p->force[p->n], 0, p->n_ghost * sizeof *p->force);
     sum_pair_forces(&pairs, p, &sim->list, &sim->contacts);
     wall_forces walls = {.law = sim->law,
                          .table = sim->table,
@@ -305,38 +342,74 @@ static dem_status idle(dem_sim *sim, double dt)
     return DEM_OK;
 }
 
-/* One step of the length dt. */
-static dem_status step(dem_sim *sim, double dt, int last)
+/* The list holds, and ghosts are where their owners are. */
+static dem_status bring_up_to_date(dem_sim *sim)
 {
-    particles *p = &sim->particles;
+    if (!list_holds(sim)) return rebuild(sim);
+    if (sim->ranks == 1) return DEM_OK;
+    const double begin = MPI_Wtime();
+    halo_refresh(sim);
+    sim->report.seconds_exchange += MPI_Wtime() - begin;
+    return DEM_OK;
+}
+
+/* Walls that have moved by their slack have their particles listed anew. */
+static dem_status follow_walls(dem_sim *sim)
+{
+    if (walls_hold(&sim->walls)) return DEM_OK;
+    /* The particles have their half skin yet to go, counted from where they were listed. */
+    double margin = .5 * sim->list.skin + sim->list.moved;
+    return walls_list(&sim->walls, &sim->particles, margin, NULL) ? no_memory(sim) : DEM_OK;
+}
+
+/* Forces and motion of this rank's particles; what goes wrong is told at the end of the step. */
+static dem_status move_particles(dem_sim *sim, double dt, int last, motion *m)
+{
     dem_report *r = &sim->report;
     double begin = MPI_Wtime();
-    walls_move(&sim->walls, sim->time, dt);
-    dem_status status = feeders_feed(sim, dt);
-    if (!status && p->n && !list_holds(sim)) status = rebuild(sim);
-    if (status) return status;
-    if (!p->n) return idle(sim, dt);
-    if (!walls_hold(&sim->walls)) {
-        /* The particles have their half skin yet to go, counted from where they were listed. */
-        double margin = .5 * sim->list.skin + sim->list.moved;
-        if (walls_list(&sim->walls, p, margin, NULL)) return no_memory(sim);
-    }
-    double listed = MPI_Wtime();
     if (sim->balance.on && balance_open(sim)) return DEM_NO_MEMORY;
     sum_forces(sim, dt, last);
     double summed = MPI_Wtime();
     if (sim->balance.on) balance_summed(sim);
+    integrate(m, &sim->particles);
+    if (sim->balance.on) balance_moved(sim, dt);
+    double moved = MPI_Wtime();
+    r->seconds_force += summed - begin;
+    r->seconds_other += moved - summed;
+    sim->domain.busy += moved - begin;
+    return m->finite ? DEM_OK : check_finite(sim);
+}
+
+/* That all ranks are well, and the speed that no particle of theirs exceeds. */
+static dem_status close_step(dem_sim *sim, dem_status status, const motion *m)
+{
+    double most[4] = {m->most[0], m->most[1], m->most[2], status != DEM_OK};
+    const double begin = MPI_Wtime();
+    max_reals(sim, most, 4);
+    if (sim->ranks > 1) sim->report.seconds_exchange += MPI_Wtime() - begin;
+    if (most[3] > 0) return agree(sim, status);
+    sim->speed = sqrt(most[0] + most[1] + most[2]);
+    return DEM_OK;
+}
+
+/* One step of the length dt. */
+static dem_status step(dem_sim *sim, double dt, int last)
+{
+    dem_report *r = &sim->report;
+    double begin = MPI_Wtime(), exchanged = r->seconds_exchange;
+    walls_move(&sim->walls, sim->time, dt);
+    dem_status status = feeders_feed(sim, dt);
+    if (!status && sim->total) status = bring_up_to_date(sim);
+    if (status) return status;
+    if (!sim->total) return idle(sim, dt);
+    status = follow_walls(sim);
+    r->seconds_neighbour += MPI_Wtime() - begin - (r->seconds_exchange - exchanged);
     motion m = {.dt = dt, .outside = sim->outside, .last = last};
     memcpy(m.gravity, sim->gravity, sizeof m.gravity);
-    integrate(&m, p);
-    if (sim->balance.on) balance_moved(sim, dt);
-    sim->speed = m.speed;
+    if (!status) status = move_particles(sim, dt, last, &m);
     sim->time += dt;
     r->step = dt;
-    r->seconds_neighbour += listed - begin;
-    r->seconds_force += summed - listed;
-    r->seconds_other += MPI_Wtime() - summed;
-    return m.finite ? DEM_OK : check_finite(sim);
+    return close_step(sim, status, &m);
 }
 
 static void clear_sums(dem_sim *sim)
@@ -351,7 +424,7 @@ static void clear_sums(dem_sim *sim)
     r->fed = r->removed = 0;
     r->fed_mass = r->removed_mass = 0;
     particles_clear_removed(p);
-    r->seconds_force = r->seconds_neighbour = r->seconds_other = 0;
+    r->seconds_force = r->seconds_neighbour = r->seconds_exchange = r->seconds_other = 0;
     if (p->n) memset(p->gain, 0, p->n * sizeof *p->gain);
     walls_clear_loads(&sim->walls);
     balance_clear(sim);
@@ -376,12 +449,13 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
         status = step(sim, dt / substeps, s == substeps - 1);
     if (!status) {
         set_clock(sim, end);
-        sim->overlap = sim->particles.n ? sim->report.overlap : 0;
+        max_reals(sim, &sim->report.overlap, 1);
+        sim->overlap = sim->total ? sim->report.overlap : 0;
     }
     /* Both are done when the list is rebuilt; who is handed the particles must find all of them
      * inside. */
     if (!status) status = outlets_take(sim);
-    if (!status) status = check_inside(sim);
+    if (!status) status = agree(sim, check_inside(sim));
     double begin = MPI_Wtime();
     sim->report.substeps = substeps;
     walls_average_loads(&sim->walls, substeps);
@@ -389,6 +463,7 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     report_sums(sim);
     balance_report(sim);
     sim->report.seconds_other += MPI_Wtime() - begin;
+    report_gather(sim);
     return status;
 }
 

@@ -9,7 +9,9 @@
 #include "comm.h"
 #include "contact.h"
 #include "contact_extra.h"
+#include "domain.h"
 #include "feed.h"
+#include "halo.h"
 #include "integrate.h"
 #include "material.h"
 #include "neighbour.h"
@@ -39,11 +41,14 @@ struct dem_sim {
     dem_pair *pair;         /* [n_material * n_material] */
     coefficient *table;     /* likewise */
     resistance *resistance; /* likewise */
-    double steps_per_period, time_step, impact_speed, skin, fixed_step;
+    double steps_per_period, time_step, impact_speed, skin, fixed_step, imbalance;
     extras extras;
     int any_extra; /* the plain force loops do not do */
 
     particles particles;
+    int64_t total; /* particles of all ranks */
+    domain domain;
+    halo halo;
     neighbour list;
     contacts contacts;
     walls walls;
@@ -56,11 +61,13 @@ struct dem_sim {
 
     double smallest_any, median_radius, largest_radius; /* m; 0 without particles */
     double *smallest_mass, *smallest_radius; /* [n_material], infinite without particles */
-    int uniform;                             /* one material, radius and mass */
-    double mass;                             /* of all particles, kg */
-    double coming_radius, coming_speed;      /* of what feeders may yet bring: largest, m, m/s */
-    double speed;                            /* no particle is faster, m/s */
-    double overlap;                          /* largest / smaller radius, when last looked at, - */
+    int uniform;                             /* one material, radius and mass, which are: */
+    int uniform_material;
+    double uniform_mass;
+    double mass;                        /* of all particles, kg */
+    double coming_radius, coming_speed; /* of what feeders may yet bring: largest, m, m/s */
+    double speed;                       /* no particle is faster, m/s */
+    double overlap;                     /* largest / smaller radius, when last looked at, - */
     double held_step; /* that the engine chose last, kept while the limit is little above it, s */
 
     int outside;        /* an outside force is set */

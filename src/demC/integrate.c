@@ -48,7 +48,7 @@ ALWAYS void move(motion *m, particles *p, int outside)
         f[0] = zero;
         f[1] = zero;
     }
-    m->speed = sqrt(fastest[0] + fastest[1] + fastest[2]);
+    for (int a = 0; a < 3; a++) m->most[a] = fastest[a];
     m->finite = poison[0] + poison[1] + poison[2] == 0;
 }
 

@@ -10,10 +10,10 @@
 typedef struct motion {
     double dt;
     double gravity[3];
-    int outside;  /* nonzero: p->outside acts */
-    int last;     /* nonzero: keep the force, with the weight, in p->last */
-    double speed; /* out: no particle is faster, m/s (an upper bound, at most sqrt3 too large) */
-    int finite;   /* out: zero if some velocity is not finite */
+    int outside;    /* nonzero: p->outside acts */
+    int last;       /* nonzero: keep the force, with the weight, in p->last */
+    double most[3]; /* out: largest square of each component of the velocity, m2/s2 */
+    int finite;     /* out: zero if some velocity is not finite */
 } motion;
 
 /* Moves the particles, adds to p->gain and zeroes p->force for the next sum. */

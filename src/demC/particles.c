@@ -152,6 +152,16 @@ dem_status particles_keep(particles *p, const uint32_t *order, size_t n)
     return particles_permute(p, order);
 }
 
+void particles_push_ghosts(particles *p, size_t n)
+{
+    for (size_t f = 0; f < p->n_field; f++) {
+        const size_t size = p->field[f].size;
+        char *data = *address(&p->field[f]);
+        if (p->field[f].ghosts)
+            memmove(data + (p->n + n) * size, data + p->n * size, p->n_ghost * size);
+    }
+}
+
 int particles_attach(particles *p, const char *name, int width)
 {
     for (size_t k = p->n_fixed; k < p->n_field; k++) {

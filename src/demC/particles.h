@@ -70,6 +70,8 @@ double *particles_column(particles *p, int handle);
 /* Sums of the columns over the particles gone since: to zero, and with that of row i. */
 void particles_clear_removed(particles *p);
 void particles_count_removed(particles *p, size_t i);
+/* Ghosts give up n rows in front of them; there must be room. */
+void particles_push_ghosts(particles *p, size_t n);
 /* Append one particle; there must be room, and no ghosts. */
 void particles_append(particles *p, const double x[3], const double v[3], const double omega[3],
                       double radius, double mass, int material, int64_t id);

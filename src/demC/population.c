@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * population.c - who is there: views of the particles, adding and removing them, columns, the
- * outside force.
+ * population.c - who is there: views of the particles, those that come and go, columns, the outside
+ * force.
  *
  * Whatever adds or takes particles ends with take_stock(), which knows the smallest and largest,
- * whether all are alike, and the speed none exceeds: what the loops and the time step go by.
+ * whether all are alike, and the speed none exceeds: what the loops and the time step go by. All of
+ * it is of all ranks, by smallest, largest and counts: no number that depends on how particles are
+ * divided among ranks.
  */
 #include "check.h"
 #include "dem_internal.h"
 
-#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,47 +31,35 @@ dem_view dem_particles(const dem_sim *sim)
                       (const double(*)[3])p->impulse};
 }
 
-static int by_id(const void *a, const void *b)
-{
-    int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
-    return (x > y) - (x < y);
-}
-
-/* Ids, the present ones and the new, must differ. */
-static dem_status check_ids(dem_sim *sim, size_t n, const int64_t *id)
-{
-    const particles *p = &sim->particles;
-    int64_t *all = malloc((p->n + n + 1) * sizeof *all), twice = 0;
-    if (!all) return no_memory(sim);
-    if (p->n) memcpy(all, p->id, p->n * sizeof *all);
-    memcpy(all + p->n, id, n * sizeof *all);
-    qsort(all, p->n + n, sizeof *all, by_id);
-    size_t k = 1;
-    while (k < p->n + n && all[k] != all[k - 1]) k++;
-    int unique = k >= p->n + n;
-    if (!unique) twice = all[k];
-    free(all);
-    return unique
-               ? DEM_OK
-               : fail(sim, DEM_BAD_ARGUMENT, "particle id %lld is given twice", (long long)twice);
-}
-
 double mass_of_sphere(const dem_sim *sim, double radius, int material)
 {
     return 4. / 3 * M_PI * radius * radius * radius * sim->material[material].density;
 }
 
-/* The radius that half of the particles, present and new, do not exceed. */
-static dem_status median_of(dem_sim *sim, size_t n, const double *radius, double *median)
+/* The radius that half of the particles do not exceed: to a 64th part of an octave, by counting, so
+ * that it costs one look at each and is the same on any number of ranks. Of spheres of one size it
+ * is theirs. */
+static double find_median(const dem_sim *sim)
 {
+    enum { SHIFT = 46, BINS = 64 * 32 }; /* of the bits of a double all but 6 of its mantissa */
     const particles *p = &sim->particles;
-    double *all = malloc((p->n + n) * sizeof *all);
-    if (!all) return no_memory(sim);
-    if (p->n) memcpy(all, p->radius, p->n * sizeof *all);
-    if (n) memcpy(all + p->n, radius, n * sizeof *all);
-    *median = gsl_stats_median(all, 1, p->n + n);
-    free(all);
-    return DEM_OK;
+    if (!(sim->largest_radius > sim->smallest_any)) return sim->largest_radius;
+    int64_t count[BINS] = {0}, so_far = 0;
+    uint64_t least, bits;
+    memcpy(&least, &sim->smallest_any, sizeof least);
+    least >>= SHIFT;
+    for (size_t i = 0; i < p->n; i++) {
+        memcpy(&bits, &p->radius[i], sizeof bits);
+        const uint64_t bin = (bits >> SHIFT) - least;
+        count[bin < BINS ? bin : BINS - 1]++;
+    }
+    sum_counts(sim, count, BINS);
+    uint64_t bin = 0;
+    while (bin < BINS - 1 && 2 * (so_far += count[bin]) < sim->total) bin++;
+    bits = (least + bin) << SHIFT | (uint64_t)1 << (SHIFT - 1);
+    double median;
+    memcpy(&median, &bits, sizeof median);
+    return fmin(fmax(median, sim->smallest_any), sim->largest_radius);
 }
 
 /* Particles that feeders have yet to bring: they set the time step from the beginning. */
@@ -92,28 +81,61 @@ static void look_ahead(dem_sim *sim)
     }
 }
 
-void take_stock(dem_sim *sim)
+/* Largest values over all ranks; of what the smallest is asked for, negative. */
+typedef struct stock {
+    double radius, speed, mass, material;
+    double less_radius, less_mass, less_material;
+} stock;
+
+static stock look_at_own(dem_sim *sim)
+{
+    const particles *p = &sim->particles;
+    stock s = {0, 0, 0, -1, -INFINITY, -INFINITY, -INFINITY};
+    for (size_t i = 0; i < p->n; i++) {
+        const int m = p->material[i];
+        const double r = p->radius[i], mass = p->mass[i], *v = p->vel[i];
+        s.radius = fmax(s.radius, r);
+        s.less_radius = fmax(s.less_radius, -r);
+        s.mass = fmax(s.mass, mass);
+        s.less_mass = fmax(s.less_mass, -mass);
+        s.material = fmax(s.material, m);
+        s.less_material = fmax(s.less_material, -m);
+        s.speed = fmax(s.speed, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+        sim->smallest_radius[m] = fmin(sim->smallest_radius[m], r);
+        sim->smallest_mass[m] = fmin(sim->smallest_mass[m], mass);
+    }
+    max_reals(sim, &s.radius, (int)(sizeof s / sizeof s.radius));
+    min_reals(sim, sim->smallest_radius, sim->n_material);
+    min_reals(sim, sim->smallest_mass, sim->n_material);
+    return s;
+}
+
+static double total_mass(const dem_sim *sim)
 {
     const particles *p = &sim->particles;
     tally mass = {0, 0};
-    sim->largest_radius = sim->speed = 0;
-    sim->smallest_any = p->n ? p->radius[0] : 0;
-    sim->uniform = 1;
+    for (size_t i = 0; i < p->n; i++) tally_add(&mass, p->mass[i]);
+    double sum[2] = {mass.sum, mass.lost};
+    sum_reals(sim, sum, 2);
+    return sum[0] + sum[1];
+}
+
+void take_stock(dem_sim *sim)
+{
     for (int a = 0; a < sim->n_material; a++)
         sim->smallest_mass[a] = sim->smallest_radius[a] = INFINITY;
-    for (size_t i = 0; i < p->n; i++) {
-        int m = p->material[i];
-        double r = p->radius[i];
-        const double *v = p->vel[i];
-        sim->largest_radius = fmax(sim->largest_radius, r);
-        sim->smallest_any = fmin(sim->smallest_any, r);
-        sim->smallest_radius[m] = fmin(sim->smallest_radius[m], r);
-        sim->smallest_mass[m] = fmin(sim->smallest_mass[m], p->mass[i]);
-        sim->uniform &= m == p->material[0] && r == p->radius[0] && p->mass[i] == p->mass[0];
-        sim->speed = fmax(sim->speed, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
-        tally_add(&mass, p->mass[i]);
-    }
-    sim->mass = tally_total(&mass);
+    const stock s = look_at_own(sim);
+    sim->total = (int64_t)sim->particles.n;
+    sum_counts(sim, &sim->total, 1);
+    sim->largest_radius = s.radius;
+    sim->smallest_any = sim->total ? -s.less_radius : 0;
+    sim->speed = s.speed;
+    sim->uniform =
+        s.radius == -s.less_radius && s.mass == -s.less_mass && s.material == -s.less_material;
+    sim->uniform_material = s.material > 0 ? (int)s.material : 0;
+    sim->uniform_mass = s.mass;
+    if (sim->total) sim->median_radius = find_median(sim);
+    sim->mass = total_mass(sim);
     look_ahead(sim);
 }
 
@@ -126,18 +148,33 @@ static dem_status prepare_change(dem_sim *sim)
     return DEM_OK;
 }
 
+/* Ghosts give n rows in front of them to particles that come; saved contacts know them yet. */
+static dem_status make_way(dem_sim *sim, size_t n)
+{
+    particles *p = &sim->particles;
+    if (!p->n_ghost || !n) return DEM_OK;
+    uint32_t *place = malloc((p->n + p->n_ghost) * sizeof *place);
+    if (!place) return no_memory(sim);
+    for (size_t i = 0; i < p->n + p->n_ghost; i++) place[i] = (uint32_t)(i < p->n ? i : i + n);
+    contacts_renumber(&sim->contacts, place);
+    particles_push_ghosts(p, n);
+    free(place);
+    return DEM_OK;
+}
+
 dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],
                            const double (*omega)[3], const double *radius, const int *material,
                            const int64_t *id)
 {
     particles *p = &sim->particles;
+    dem_status status = DEM_OK;
     if (p->n + n > NEIGHBOUR_MASK)
-        return fail(sim, DEM_BAD_ARGUMENT, "%zu particles on one rank, at most %u", p->n + n,
-                    (unsigned)NEIGHBOUR_MASK);
-    double median = 0;
-    dem_status status = median_of(sim, n, radius, &median);
-    if (!status && particles_reserve(p, p->n + n)) status = no_memory(sim);
+        status = fail(sim, DEM_BAD_ARGUMENT, "%zu particles on one rank, at most %u", p->n + n,
+                      (unsigned)NEIGHBOUR_MASK);
+    if (!status && particles_reserve(p, p->n + p->n_ghost + n)) status = no_memory(sim);
     if (!status) status = prepare_change(sim);
+    if (!status) status = make_way(sim, n);
+    status = agree(sim, status);
     if (status) return status;
     for (size_t i = 0; i < n; i++) {
         particles_append(p, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL, radius[i],
@@ -145,7 +182,7 @@ dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const d
                          id ? id[i] : p->next_id);
         balance_supply(sim, p->n - 1, 1);
     }
-    sim->median_radius = median;
+    max_counts(sim, &p->next_id, 1);
     take_stock(sim);
     return DEM_OK;
 }
@@ -168,52 +205,30 @@ static void book_leaving(dem_sim *sim, size_t i)
 dem_status remove_particles(dem_sim *sim, const uint8_t *gone)
 {
     particles *p = &sim->particles;
-    uint32_t *order = malloc((p->n + 1) * sizeof *order),
-             *place = malloc((p->n + 1) * sizeof *place);
+    const size_t n = p->n, rows = n + p->n_ghost;
+    uint32_t *order = malloc((rows + 1) * sizeof *order),
+             *place = malloc((rows + 1) * sizeof *place);
     dem_status status = order && place ? prepare_change(sim) : no_memory(sim);
-    size_t kept = 0;
-    for (size_t i = 0; i < p->n && !status; i++) {
-        place[i] = gone[i] ? UINT32_MAX : (uint32_t)kept;
-        if (gone[i])
+    size_t kept = 0, k = 0;
+    for (size_t i = 0; i < rows && !status; i++) {
+        const int goes = i < n && gone[i];
+        place[i] = goes ? UINT32_MAX : (uint32_t)k;
+        if (goes)
             book_leaving(sim, i);
         else
-            order[kept++] = (uint32_t)i;
+            order[k++] = (uint32_t)i;
+        kept += i < n && !goes;
     }
     if (!status) {
         contacts_renumber(&sim->contacts, place);
         walls_renumber(&sim->walls, place);
-        if (particles_keep(p, order, kept)) status = no_memory(sim);
+        if (kept < n && particles_keep(p, order, kept)) status = no_memory(sim);
     }
-    if (!status && kept) status = median_of(sim, 0, NULL, &sim->median_radius);
-    take_stock(sim);
+    status = agree(sim, status);
+    if (!status) take_stock(sim);
     free(order);
     free(place);
     return status;
-}
-
-dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],
-                   const double (*omega)[3], const double *radius, const int *material,
-                   const int64_t *id)
-{
-    if (!n) return DEM_OK;
-    double largest = sim->largest_radius, overlap = 0;
-    double smallest = sim->particles.n ? sim->smallest_any : INFINITY;
-    for (size_t i = 0; i < n; i++) {
-        dem_status status = check_particle(sim, i, x[i], v ? v[i] : NULL, omega ? omega[i] : NULL,
-                                           radius[i], material[i]);
-        if (status) return status;
-        largest = fmax(largest, radius[i]);
-        smallest = fmin(smallest, radius[i]);
-    }
-    dem_status status = check_range(sim, largest);
-    if (!status && id) status = check_ids(sim, n, id);
-    if (!status) status = walls_sample(sim, 2 * smallest, 2 * largest);
-    if (!status) status = check_overlaps(sim, n, x, radius, &overlap);
-    if (!status) status = admit_particles(sim, n, x, v, omega, radius, material, id);
-    if (status) return status;
-    sim->overlap = overlap;
-    particles_publish(&sim->particles, sim->lo, sim->hi, sim->periodic);
-    return DEM_OK;
 }
 
 int dem_attach(dem_sim *sim, const char *name, int width)
@@ -245,7 +260,12 @@ dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const doubl
 {
     particles *p = &sim->particles;
     sim->outside = f && k && w;
-    for (size_t i = 0; i < p->n && sim->outside; i++) {
+    int64_t outside = sim->outside; /* a rank without particles may have nothing to hand over */
+    max_counts(sim, &outside, 1);
+    const int given = sim->outside;
+    sim->outside = outside != 0;
+    dem_status status = DEM_OK;
+    for (size_t i = 0; i < p->n && given && !status; i++) {
         double *o = p->outside[i];
         for (int a = 0; a < 3; a++) {
             o[a] = f[i][a];
@@ -256,10 +276,10 @@ dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const doubl
         double sum = 0;
         for (int a = 0; a < 8; a++) sum += o[a] * 0;
         if (sum != 0 || o[3] < 0 || o[7] < 0)
-            return fail(sim, sum != 0 ? DEM_NAN : DEM_BAD_ARGUMENT,
-                        "outside force on particle %lld: f (%g %g %g) and w (%g %g %g) must be "
-                        "finite, k %g and M %g also >= 0",
-                        (long long)p->id[i], o[0], o[1], o[2], o[4], o[5], o[6], o[3], o[7]);
+            status = fail(sim, sum != 0 ? DEM_NAN : DEM_BAD_ARGUMENT,
+                          "outside force on particle %lld: f (%g %g %g) and w (%g %g %g) must be "
+                          "finite, k %g and M %g also >= 0",
+                          (long long)p->id[i], o[0], o[1], o[2], o[4], o[5], o[6], o[3], o[7]);
     }
-    return DEM_OK;
+    return agree(sim, status);
 }

@@ -7,7 +7,9 @@
 
 #include "dem_internal.h"
 
-/* Energies, mass, momentum and outside impulse at the end of an advance. */
+/* Energies, mass, momentum and outside impulse of the particles of all ranks as they are. */
 void report_sums(dem_sim *sim);
+/* What ranks counted and summed for themselves in an advance: over all ranks. Not the overlap. */
+void report_gather(dem_sim *sim);
 
 #endif

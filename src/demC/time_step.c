@@ -265,7 +265,7 @@ dem_status choose_substeps(dem_sim *sim, double dt, int *substeps)
     dem_status status = check_cohesion(sim);
     if (status) return status;
     if (*substeps) {
-        if (sim->particles.n < 2 && !sim->walls.n && !sim->feeders.n) return DEM_OK; /* none meet */
+        if (sim->total < 2 && !sim->walls.n && !sim->feeders.n) return DEM_OK; /* none meet */
         double bound = least_step(sim, stable_step, &a, &b);
         if (dt / *substeps <= bound) return DEM_OK;
         return fail(sim, DEM_BAD_ARGUMENT,

@@ -82,7 +82,7 @@ static dem_status set_aside(walls *w, const uint32_t *place)
     return DEM_OK;
 }
 
-static dem_status append(walls *w, const wall_entry *entry)
+dem_status walls_append(walls *w, const wall_entry *entry)
 {
     if (w->n_entry == w->capacity) {
         size_t room = w->capacity ? 2 * w->capacity : 256;
@@ -148,7 +148,7 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
             wall_entry e = {{0}, {0}, (uint32_t)i, k, part, 0};
             while (old < w->n_before && by_particle(&w->before[old], &e) < 0) old++;
             if (old < w->n_before && by_particle(&w->before[old], &e) == 0) e = w->before[old];
-            if ((status = append(w, &e))) return status;
+            if ((status = walls_append(w, &e))) return status;
         }
     }
     return DEM_OK;

@@ -99,6 +99,8 @@ dem_status walls_sample_at(struct dem_sim *sim, double spacing, double width);
  * walls'; history is kept. `place` tells where particles have gone since the last call, NULL:
  * nowhere. */
 dem_status walls_list(walls *w, const particles *p, double margin, const uint32_t *place);
+/* One more, brought by a particle from another rank. */
+dem_status walls_append(walls *w, const wall_entry *entry);
 /* Particles have gone: place[old] is a particle's new index, UINT32_MAX none. */
 void walls_renumber(walls *w, const uint32_t *place);
 /* Largest overlap / radius of n spheres x y z r with the walls; 0 if none touches. */
