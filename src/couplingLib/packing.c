@@ -54,6 +54,10 @@ static size_t next_ring(cpl_map *map, size_t from, size_t to)
         const int c = map->wave[i];
         for (size_t k = map->mesh.offset[c]; k < map->mesh.offset[c + 1]; k++) {
             const int d = map->mesh.neighbour[k];
+            if (d < 0) { /* a cell of another rank, which may have room */
+                exchange_want(map->exchange, map->mesh.neighbour_id[k]);
+                continue;
+            }
             if (map->seen[d] == map->search) continue;
             map->seen[d] = map->search;
             map->wave[end++] = d;
@@ -62,7 +66,7 @@ static size_t next_ring(cpl_map *map, size_t from, size_t to)
     return end;
 }
 
-static cpl_status spread(cpl_map *map, int c)
+cpl_status pack_spread(cpl_map *map, int c)
 {
     const double solid = map->solid[c];
     const double limit = map->packing_limit * map->mesh.volume[c];
@@ -90,7 +94,7 @@ static cpl_status spread(cpl_map *map, int c)
             const double amount = part * room(map, map->wave[i]);
             if (!(amount > 0)) continue;
             map->shift.cell[map->shift.entries] = map->wave[i];
-            map->shift.weight[map->shift.entries++] = amount / solid;
+            map->shift.weight[map->shift.entries++] = amount;
             map->solid[map->wave[i]] += amount;
         }
         excess = part < 1 ? 0 : excess - free_volume;
@@ -139,7 +143,7 @@ static void transfer_row(cpl_map *map, const rows *old, size_t begin, size_t end
 }
 
 /* W <- W T. */
-static int transfer(cpl_map *map)
+int pack_transfer(cpl_map *map)
 {
     const rows old = map->w;
     map->w = map->spare;
@@ -171,11 +175,14 @@ cpl_status cpl_map_pack(cpl_map *map)
     map->shift_row[0] = 0;
     for (size_t c = 0; c < map->mesh.n; c++) {
         if (map->over[c] < 0) continue;
-        const cpl_status status = spread(map, (int)c);
+        const double solid = map->solid[c];
+        const size_t first = map->shift.entries;
+        const cpl_status status = pack_spread(map, (int)c);
         if (status) return status;
+        for (size_t e = first; e < map->shift.entries; e++) map->shift.weight[e] /= solid;
         map->shift_row[map->over[c] + 1] = map->shift.entries;
     }
-    if (transfer(map)) return no_memory(map);
+    if (pack_transfer(map)) return no_memory(map);
     cpl_map_sum_solid(map);
     return CPL_OK;
 }

@@ -26,8 +26,11 @@
 
 static cpl_status outside(cpl_map *map, size_t p, const double x[3])
 {
+    char rank[32] = "";
+    if (map->exchange) snprintf(rank, sizeof rank, " of rank %d", map->exchange->team.rank);
     snprintf(map->message, sizeof map->message,
-             "particle in row %zu at (%g %g %g) m is in no cell of the mesh", p, x[0], x[1], x[2]);
+             "particle in row %zu%s at (%g %g %g) m is in no cell of the mesh", p, rank, x[0], x[1],
+             x[2]);
     return CPL_OUTSIDE;
 }
 
@@ -117,6 +120,17 @@ static int reserve_axes(cpl_map *map, size_t n, const double *radius)
     return 0;
 }
 
+/* From numbers in the whole box to places. A cell that is not known yet is wanted and stands as
+ * ~number. */
+static inline void place_entries(exchange *x, size_t n, int *cell)
+{
+    for (size_t e = 0; e < n; e++) {
+        const int place = exchange_place(x, cell[e]);
+        if (place < 0) exchange_want(x, cell[e]);
+        cell[e] = place < 0 ? ~cell[e] : place;
+    }
+}
+
 static cpl_status fill_box(cpl_map *map, size_t n, const double (*x)[3], const double *radius)
 {
     const cpl_mesh *mesh = &map->mesh;
@@ -143,6 +157,7 @@ static cpl_status fill_box(cpl_map *map, size_t n, const double (*x)[3], const d
                     w->weight[e] = share * map->axis_share[0][i];
                 }
             }
+        if (map->exchange) place_entries(map->exchange, e - w->entries, w->cell + w->entries);
         w->entries = e;
         map->row[p + 1] = e;
     }
@@ -183,6 +198,10 @@ static int search_row(cpl_map *map, int start, const double x[3], double radius)
         total += share;
         for (size_t k = mesh->offset[c]; k < mesh->offset[c + 1]; k++) {
             const int d = mesh->neighbour[k];
+            if (d < 0) { /* a cell of another rank, which may have a share */
+                exchange_want(map->exchange, mesh->neighbour_id[k]);
+                continue;
+            }
             if (map->seen[d] == search) continue;
             map->seen[d] = search;
             map->wave[tail++] = d;
@@ -197,13 +216,36 @@ static int search_row(cpl_map *map, int start, const double x[3], double radius)
     return 0;
 }
 
+/* Cells of the centres in map->centre_cell, -1 outside. On several ranks map->centre_id has the
+ * ids; cells that are not known are wanted. */
+static void find_centres(cpl_map *map, size_t n, const double (*x)[3])
+{
+    if (!map->exchange) {
+        map->mesh.locate(map->mesh.context, n, x, map->centre_cell);
+        return;
+    }
+    for (size_t p = 0; p < n; p++) {
+        const int64_t id = map->centre_id[p];
+        map->centre_cell[p] = id < 0 ? UNKNOWN : exchange_place(map->exchange, id);
+        if (id >= 0 && map->centre_cell[p] < 0) exchange_want(map->exchange, id);
+    }
+}
+
+/* Whether the cell of the centre exists and is only not known. */
+static int on_its_way(const cpl_map *map, size_t p)
+{
+    return map->exchange && map->centre_id[p] >= 0;
+}
+
 static cpl_status fill_located(cpl_map *map, size_t n, const double (*x)[3], const double *radius)
 {
-    map->mesh.locate(map->mesh.context, n, x, map->centre_cell);
+    find_centres(map, n, x);
     for (size_t p = 0; p < n; p++) {
         const int c = map->centre_cell[p];
-        if (c < 0) return outside(map, p, x[p]);
-        if (map->model == CPL_CENTRE) {
+        if (c < 0 && !on_its_way(map, p)) return outside(map, p, x[p]);
+        if (c < 0) {
+            ; /* the row is filled when the cell has come */
+        } else if (map->model == CPL_CENTRE) {
             if (cpl_rows_reserve(&map->w, 1)) return no_memory(map);
             map->w.cell[map->w.entries] = c;
             map->w.weight[map->w.entries++] = 1;
