@@ -356,7 +356,8 @@ dem_status dem_add(dem_sim *sim, size_t n, const double (*x)[3], const double (*
 int dem_attach(dem_sim *sim, const char *name, int width);
 /* The column, [n][width], valid as long as a dem_view. */
 double *dem_column(dem_sim *sim, int handle);
-/* Sum of the column, [width], over the particles that outlets took in the last dem_advance. */
+/* Sum of the column, [width], over the particles that outlets took on this rank in the last
+ * dem_advance. */
 void dem_removed_column(const dem_sim *sim, int handle, double *sum);
 
 /* Whether the column came with a restart file, instead of being made anew with zeros. */
