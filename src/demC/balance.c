@@ -18,6 +18,10 @@
  *
  * Angular momentum about the origin changes in a step by dt (x F + T) with x before it moves,
  * exactly, since x' - x is parallel to v'.
+ *
+ * On several ranks each has the sums of its own particles. What a pair of two ranks holds and loses
+ * is halved between them. Only the sums over all ranks mean something: particles take what their
+ * springs hold along when they go from one to another, and it is not booked there.
  */
 #include "balance.h"
 
@@ -55,7 +59,7 @@ static dem_status reserve(balance *b, size_t n)
 
 /* ---- springs --------------------------------------------------------------------------------- */
 
-static double pair_energy(const dem_sim *sim, size_t i, size_t k, spring_energy *s)
+static double pair_energy(const dem_sim *sim, size_t i, size_t k, spring_energy *sum)
 {
     const particles *p = &sim->particles;
     uint32_t entry = sim->list.entry[k], j = entry & NEIGHBOUR_MASK;
@@ -63,6 +67,8 @@ static double pair_energy(const dem_sim *sim, size_t i, size_t k, spring_energy 
     if (sim->list.any_periodic) shift = sim->list.shift[entry >> NEIGHBOUR_BITS];
     size_t pair = (size_t)(p->material[i] * sim->n_material + p->material[j]);
     double d2 = 0, ri = xi[3], rj = xj[3], radius = ri * rj / (ri + rj);
+    /* The other half is with the rank of the other one. */
+    const double share = i < p->n && j < p->n ? 1 : .5;
     for (int a = 0; a < 3; a++) {
         double d = xi[a] - xj[a] - shift[a];
         d2 += d * d;
@@ -70,7 +76,10 @@ static double pair_energy(const dem_sim *sim, size_t i, size_t k, spring_energy 
     if (sim->contacts.touch[k]) {
         const double *t = sim->contacts.spring[k];
         const double *m = sim->contacts.rolls ? sim->contacts.rolling[k] : NULL;
-        add_springs(sim->law, sim->table[pair], sim->extras.table[pair], radius, t, m, s);
+        spring_energy s = {0};
+        add_springs(sim->law, sim->table[pair], sim->extras.table[pair], radius, t, m, &s);
+        sum->tangential += share * s.tangential;
+        sum->turned += share * s.turned;
     }
     double overlap = ri + rj - sqrt(d2);
     if (!(overlap > 0)) return 0;
@@ -78,7 +87,7 @@ static double pair_energy(const dem_sim *sim, size_t i, size_t k, spring_energy 
     held = normal_energy(sim->law, sim->table[pair].normal * a, overlap);
     if (sim->extras.cohesion == DEM_COHESION_SJKR)
         held -= sim->extras.table[pair].cohesion * lens_volume(ri, rj, sqrt(d2));
-    return held;
+    return share * held;
 }
 
 /* Of all springs, where particles and history are now. */
@@ -96,14 +105,22 @@ static double elastic(const dem_sim *sim, spring_energy *s)
     return sum + s->tangential + s->turned;
 }
 
+/* The same while the ghosts are where they were in the last sum of forces. Collective. */
+static double elastic_now(dem_sim *sim)
+{
+    spring_energy s;
+    if (!sim->list.valid || !sim->total) return 0;
+    if (sim->ranks > 1) halo_refresh(sim);
+    return elastic(sim, &s);
+}
+
 /* ---- particles that come and go -------------------------------------------------------------- */
 
 void balance_changing(dem_sim *sim)
 {
     balance *b = &sim->balance;
-    spring_energy s;
     if (!b->on || b->changed) return;
-    b->elastic = sim->list.valid && sim->particles.n ? elastic(sim, &s) : 0;
+    b->elastic = elastic_now(sim);
     b->changed = 1;
 }
 
@@ -205,34 +222,43 @@ static void angular_momentum(const particles *p, double L[3])
     }
 }
 
+/* What is summed over the ranks: nothing but doubles. */
+typedef struct part {
+    dem_energy energy;
+    double momentum[3], wall[3], gravity[3], outside[3]; /* angular */
+} part;
+
 void balance_report(dem_sim *sim)
 {
     balance *b = &sim->balance;
     dem_report *r = &sim->report;
     if (!b->on) return;
-    if (b->changed && !sim->particles.n) { /* the last has left, and took what springs held */
+    if (b->changed && !sim->total) { /* the last has left, and took what springs held */
         b->supply -= b->elastic;
         b->elastic = b->tangential = b->turned = 0;
         b->changed = 0;
     }
-    spring_energy s;
-    double held = b->elastic;
-    if (!b->changed) held = sim->list.valid && sim->particles.n ? elastic(sim, &s) : 0;
-    r->energy = (dem_energy){.kinetic = r->kinetic_energy,
-                             .rotational = r->rotational_energy,
-                             .elastic = held,
-                             .gravity = b->gravity,
-                             .outside = b->outside,
-                             .walls = b->walls,
-                             .damping = b->damping,
-                             .sliding = b->sliding,
-                             .rolling = b->rolling,
-                             .supply = b->supply};
-    const dem_energy *e = &r->energy;
-    r->energy.residual = e->kinetic + e->rotational + e->elastic - e->gravity - e->outside -
-                         e->walls - e->supply + e->damping + e->sliding + e->rolling;
-    angular_momentum(&sim->particles, r->angular_momentum);
-    memcpy(r->wall_angular, b->wall_angular, sizeof b->wall_angular);
-    memcpy(r->gravity_angular, b->gravity_angular, sizeof b->gravity_angular);
-    memcpy(r->outside_angular, b->outside_angular, sizeof b->outside_angular);
+    part sum = {.energy = {.elastic = b->changed ? b->elastic : elastic_now(sim),
+                           .gravity = b->gravity,
+                           .outside = b->outside,
+                           .walls = b->walls,
+                           .damping = b->damping,
+                           .sliding = b->sliding,
+                           .rolling = b->rolling,
+                           .supply = b->supply}};
+    angular_momentum(&sim->particles, sum.momentum);
+    memcpy(sum.wall, b->wall_angular, sizeof sum.wall);
+    memcpy(sum.gravity, b->gravity_angular, sizeof sum.gravity);
+    memcpy(sum.outside, b->outside_angular, sizeof sum.outside);
+    sum_reals(sim, (double *)&sum, sizeof sum / sizeof(double));
+    dem_energy *e = &r->energy;
+    *e = sum.energy;
+    e->kinetic = r->kinetic_energy; /* sums over all ranks already */
+    e->rotational = r->rotational_energy;
+    e->residual = e->kinetic + e->rotational + e->elastic - e->gravity - e->outside - e->walls -
+                  e->supply + e->damping + e->sliding + e->rolling;
+    memcpy(r->angular_momentum, sum.momentum, sizeof sum.momentum);
+    memcpy(r->wall_angular, sum.wall, sizeof sum.wall);
+    memcpy(r->gravity_angular, sum.gravity, sizeof sum.gravity);
+    memcpy(r->outside_angular, sum.outside, sizeof sum.outside);
 }

@@ -12,7 +12,8 @@ struct dem_sim;
 
 typedef struct balance {
     int on;
-    /* J, sums since dem_new; as in dem_energy */
+    /* J, sums since dem_new; as in dem_energy. Of this rank: they mean something when they are
+     * added up over all. */
     double gravity, outside, walls, damping, sliding, rolling, supply;
     double tangential, turned; /* J in tangential and rolling springs, at the last sum of forces */
     int changed;               /* particles came or went since, */
@@ -29,7 +30,7 @@ typedef struct balance {
 
 void balance_free(balance *b);
 /* Particles are about to come or go: call before the first of them does, while the neighbour list
- * is as it was. Twice does no harm. */
+ * is as it was. Twice does no harm. Collective: no rank may have failed on its own. */
 void balance_changing(struct dem_sim *sim);
 /* The particle in the given row of the store has come (sign 1) or is going (sign -1): its energy is
  * booked as supply; what its contacts bring or take is found at the next sum of forces. */
@@ -41,7 +42,7 @@ void balance_summed(struct dem_sim *sim);
 void balance_springs(balance *b, const spring_energy *pairs, const spring_energy *walls);
 /* and when the particles have moved. */
 void balance_moved(struct dem_sim *sim, double dt);
-/* At the begin and end of a dem_advance. */
+/* At the begin and end of a dem_advance; the report, of all ranks, is collective. */
 void balance_clear(struct dem_sim *sim);
 void balance_report(struct dem_sim *sim);
 

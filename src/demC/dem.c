@@ -141,13 +141,9 @@ static dem_status run_insertion(dem_sim *sim, const dem_insertion *ins)
                                 .sim = sim};
     arrivals a;
     dem_status status = insert_particles(ins, &place, &a, sim->message, sizeof sim->message);
-    /* Every rank hands over its share. */
-    const size_t ranks = (size_t)sim->ranks, rank = (size_t)sim->rank;
-    const size_t begin = a.n * rank / ranks, n = a.n * (rank + 1) / ranks - begin;
-    if (!status)
-        status = dem_add(sim, n, (const double(*)[3])a.x + begin, (const double(*)[3])a.v + begin,
-                         (const double(*)[3])a.omega + begin, a.radius + begin, a.material + begin,
-                         NULL);
+    if (!status) /* every rank hands over its share */
+        status = dem_add(sim, a.n, (const double(*)[3])a.x, (const double(*)[3])a.v,
+                         (const double(*)[3])a.omega, a.radius, a.material, NULL);
     arrivals_free(&a);
     return status;
 }

@@ -22,6 +22,12 @@
  * the region and from every wall and touches no other particle. If ATTEMPTS draws find no place the
  * region is full: the particle stays the next one, and it and what else is due waits for the next
  * moment. Only particles near the region are looked at.
+ *
+ * On several ranks each has all feeders with the same random numbers. They show each other their
+ * particles near the region, so that all see the same crowd, draw the same places and book the same
+ * arrivals: number, mass and momentum fed are sums over all ranks on every one of them. A particle
+ * that enters is admitted by the rank that owns its place; its id is the same on any number of
+ * ranks.
  */
 #include "feed.h"
 
@@ -308,7 +314,27 @@ static dem_status lay_grid(const dem_sim *sim, const feeder *f, crowd *c)
     return grid_init(&c->grid, lo, hi, periodic, small, large, c->n, 0);
 }
 
-static dem_status gather(const dem_sim *sim, const feeder *f, crowd *c)
+/* All that any rank has near the region. */
+static dem_status show_each_other(dem_sim *sim, dem_status status, crowd *c)
+{
+    if (sim->ranks == 1) return status;
+    parcel x, r;
+    status = share_blocks(sim, status, c->n, c->x, sizeof *c->x, &x);
+    dem_status second = share_blocks(sim, status, c->n, c->r, sizeof *c->r, &r);
+    if (!second) {
+        free(c->x);
+        free(c->r);
+        c->n = c->capacity = x.n;
+        c->x = x.data;
+        c->r = r.data;
+        x.data = r.data = NULL;
+    }
+    parcel_free(&x);
+    parcel_free(&r);
+    return second;
+}
+
+static dem_status gather(dem_sim *sim, const feeder *f, crowd *c)
 {
     gathering g = {sim, f, c};
     const double reach = .5 * f->mixture.largest + sim->largest_radius;
@@ -317,11 +343,12 @@ static dem_status gather(const dem_sim *sim, const feeder *f, crowd *c)
         low[a] = f->room.low[a] - reach;
         high[a] = f->room.high[a] + reach;
     }
-    int status = neighbour_near(&sim->list, &sim->particles, low, high, gather_near, &g);
-    if (!status) status = lay_grid(sim, f, c);
-    if (!status) status = grid_reserve(&c->grid, c->n, (const double(*)[3])c->x, c->r);
-    for (size_t i = 0; i < c->n && !status; i++) grid_enter(&c->grid, i);
-    return (dem_status)status;
+    int bad = neighbour_near(&sim->list, &sim->particles, low, high, gather_near, &g);
+    dem_status status = show_each_other(sim, bad ? no_memory(sim) : DEM_OK, c);
+    if (status) return status;
+    bad = lay_grid(sim, f, c) || grid_reserve(&c->grid, c->n, (const double(*)[3])c->x, c->r);
+    for (size_t i = 0; i < c->n && !bad; i++) grid_enter(&c->grid, i);
+    return bad ? no_memory(sim) : DEM_OK;
 }
 
 static int clear_of_walls(const dem_sim *sim, const double x[3], double radius)
@@ -350,7 +377,7 @@ static dem_status enter(dem_sim *sim, feeder *f, crowd *c, const double x[3], ar
     const double mass = mass_of_sphere(sim, .5 * f->diameter, f->material);
     if (arrivals_reserve(in, in->n + 1) || crowd_append(c, x, .5 * f->diameter) ||
         grid_reserve(&c->grid, c->n, (const double(*)[3])c->x, c->r))
-        return DEM_NO_MEMORY;
+        return no_memory(sim);
     grid_enter(&c->grid, c->n - 1);
     const size_t i = in->n++;
     for (int a = 0; a < 3; a++) {
@@ -373,6 +400,43 @@ static dem_status enter(dem_sim *sim, feeder *f, crowd *c, const double x[3], ar
     return DEM_OK;
 }
 
+/* Space that has not been divided yet is divided by those who come first. */
+static dem_status divide(dem_sim *sim, const arrivals *in)
+{
+    if (sim->ranks == 1 || sim->domain.divided) return DEM_OK;
+    const size_t from = slice(in->n, sim->rank, sim->ranks);
+    const size_t to = slice(in->n, sim->rank + 1, sim->ranks);
+    double(*pos)[4] = calloc(to - from + 1, sizeof *pos);
+    dem_status status = agree(sim, pos ? DEM_OK : no_memory(sim));
+    for (size_t i = from; i < to && !status; i++) memcpy(pos[i - from], in->x[i], sizeof *in->x);
+    if (!status) status = domain_divide(sim, to - from, (const double(*)[4])pos, NULL);
+    free(pos);
+    return status;
+}
+
+/* Every rank admits those whose places it owns. */
+static dem_status admit(dem_sim *sim, arrivals *in)
+{
+    dem_status status = divide(sim, in);
+    int64_t *id = malloc(in->n * sizeof *id);
+    status = agree(sim, status || id ? status : no_memory(sim));
+    size_t mine = 0;
+    for (size_t i = 0; i < in->n && !status; i++) {
+        if (sim->ranks > 1 && domain_owner(sim, in->x[i]) != sim->rank) continue;
+        memmove(in->x[mine], in->x[i], sizeof *in->x);
+        memmove(in->v[mine], in->v[i], sizeof *in->v);
+        memmove(in->omega[mine], in->omega[i], sizeof *in->omega);
+        in->radius[mine] = in->radius[i];
+        in->material[mine] = in->material[i];
+        id[mine++] = sim->particles.next_id + (int64_t)i;
+    }
+    if (!status)
+        status = admit_particles(sim, mine, (const double(*)[3])in->x, (const double(*)[3])in->v,
+                                 (const double(*)[3])in->omega, in->radius, in->material, id);
+    free(id);
+    return status;
+}
+
 static dem_status feed(dem_sim *sim, feeder *f)
 {
     crowd c = {.n = 0};
@@ -382,11 +446,8 @@ static dem_status feed(dem_sim *sim, feeder *f)
     while (!status && next_is_due(sim, f) && find_place(sim, f, &c, x))
         status = enter(sim, f, &c, x, &in);
     f->waiting = next_is_due(sim, f) ? debt(f) : 0;
-    if (status)
-        no_memory(sim);
-    else if (in.n)
-        status = admit_particles(sim, in.n, (const double(*)[3])in.x, (const double(*)[3])in.v,
-                                 (const double(*)[3])in.omega, in.radius, in.material, NULL);
+    status = agree(sim, status);
+    if (!status && in.n) status = admit(sim, &in);
     crowd_free(&c);
     arrivals_free(&in);
     return status;

@@ -9,7 +9,7 @@
 #include "size.h"
 #include "tally.h"
 
-/* All that a feeder goes by: who has it can go on from there. */
+/* All that a feeder goes by: who has it can go on from there. Every rank has the same. */
 typedef struct feeder {
     dem_feeder given; /* its region is the simulation's once dem_new has succeeded */
     packing_room room;
@@ -36,7 +36,7 @@ dem_status feeders_init(dem_sim *sim, const dem_param *param);
 void feeders_free(feeders *f, int free_regions);
 /* The clock is set to `time`: nothing is due for what is jumped over. */
 void feeders_set_time(dem_sim *sim, double time);
-/* At the start of a step of the length dt. */
+/* At the start of a step of the length dt. Collective, agreed upon. */
 dem_status feeders_feed(dem_sim *sim, double dt);
 /* kg, or particles where the rate is one of number, due at the last moment. */
 double feeder_due(const feeder *f);

@@ -8,14 +8,18 @@
  * solid fraction as one particle allows, and placed from the largest to the smallest. Where the
  * bounding box covers a whole periodic direction, the region is taken to go on through that side:
  * its flat faces there and its box do not bound it, so that a periodic cell fills evenly. Lattice:
- * the points lo + (i + 1/2) spacing within the region. List: the given points.
+ * the points lo + (i + 1/2) spacing within the region (insert_lattice.c). List: the given points.
  *
  * The seed alone decides: its 64 bits are mixed (splitmix64: Steele, Lea & Flood, OOPSLA 2014,
  * doi:10.1145/2660193.2660195) down to the 32 that seed GSL's Mersenne twister, a generator of
  * its own for each insertion, so that one insertion does not change the next.
+ *
+ * Several ranks: of a lattice or a list each makes a share; a random packing every rank makes as a
+ * whole, with the same random numbers, and keeps a share of it.
  */
 #include "insert.h"
-#include "packing.h"
+
+#include "dem_internal.h"
 #include "size.h"
 
 #include <gsl/gsl_randist.h>
@@ -33,9 +37,10 @@ typedef struct job {
     const dem_material *materials;
     size_t n_material;
     packing_room room;
-    size_t n_old;
-    const double (*x_old)[3];
-    const double *r_old;
+    const insert_place *place;
+    old_spheres old;
+    int rank, ranks;
+    int agreed; /* all ranks know of the failure */
     gsl_rng *rng;
     arrivals *made;
     size_t n; /* of them */
@@ -54,7 +59,7 @@ __attribute__((format(printf, 2, 3))) static dem_status refuse(job *j, const cha
     return DEM_BAD_ARGUMENT;
 }
 
-static dem_status no_memory(job *j)
+static dem_status out_of_memory(job *j)
 {
     refuse(j, "out of memory");
     return DEM_NO_MEMORY;
@@ -71,12 +76,22 @@ static double sphere_volume(double diameter)
 static dem_status reserve(job *j, size_t n)
 {
     const dem_status status = arrivals_reserve(j->made, n);
-    if (status) return no_memory(j);
+    if (status) return out_of_memory(j);
     for (size_t i = 0; i < n && j->ins->n_species == 0; i++) {
         j->made->radius[i] = .5 * j->ins->diameter;
         j->made->material[i] = j->ins->material;
     }
     return DEM_OK;
+}
+
+/* The particles that those in the box from low to high have to keep clear of. */
+static dem_status gather(job *j, dem_status status, const double low[3], const double high[3],
+                         double diameter)
+{
+    const int well = !status;
+    status = old_gather(j->place, status, low, high, diameter, &j->old);
+    j->agreed = status != DEM_OK;
+    return well && status == DEM_NO_MEMORY ? out_of_memory(j) : status;
 }
 
 static dem_status find_room(job *j, double diameter)
@@ -86,7 +101,8 @@ static dem_status find_room(job *j, double diameter)
     const dem_status status =
         packing_find_room(&j->room, j->ins->region, j->ins->lo, j->ins->hi, domain.lo, domain.hi,
                           domain.periodic, diameter, reason, sizeof reason);
-    return status ? refuse(j, "%s", reason) : DEM_OK;
+    return gather(j, status ? refuse(j, "%s", reason) : DEM_OK, j->room.low, j->room.high,
+                  diameter);
 }
 
 static dem_status check_amount(job *j)
@@ -118,9 +134,10 @@ static dem_status find_number(job *j, double volume, size_t *n)
 /* All n spheres, or as many of them as `placed` says. */
 static dem_status pack(job *j, size_t n, int64_t *placed, double *overlap)
 {
-    const dem_status status = packing_random(&j->room, n, j->made->radius, j->n_old, j->x_old,
-                                             j->r_old, j->rng, j->made->x, placed, overlap);
-    if (status == DEM_NO_MEMORY) return no_memory(j);
+    const dem_status status =
+        packing_random(&j->room, n, j->made->radius, j->old.n, (const double(*)[3])j->old.x,
+                       j->old.r, j->rng, j->made->x, placed, overlap);
+    if (status == DEM_NO_MEMORY) return out_of_memory(j);
     if (status != DEM_OK) return refuse(j, "%zu particles are too many for one rank", n);
     return DEM_OK;
 }
@@ -188,7 +205,7 @@ static dem_status draw_balls(job *j, mixture *m, double wanted, ball **balls, do
         if (j->n == capacity) {
             capacity = 2 * capacity + 1024;
             ball *grown = realloc(*balls, capacity * sizeof *grown);
-            if (grown == NULL) return no_memory(j);
+            if (grown == NULL) return out_of_memory(j);
             *balls = grown;
         }
         double diameter;
@@ -266,7 +283,7 @@ static dem_status place_random(job *j)
     char reason[256];
     const dem_status status = mixture_init(&m, ins->n_species, ins->species, ins->share_by_mass,
                                            j->n_material, j->materials, reason, sizeof reason);
-    if (status == DEM_NO_MEMORY) return no_memory(j);
+    if (status == DEM_NO_MEMORY) return out_of_memory(j);
     if (status != DEM_OK) return refuse(j, "%s", reason);
     const dem_status placed = place_mixture(j, &m);
     mixture_free(&m);
@@ -275,73 +292,73 @@ static dem_status place_random(job *j)
 
 /* ---- lattice and list ------------------------------------------------------------------------ */
 
-/* Points per direction; a last one on the bound itself is not lost to rounding. */
-static dem_status count_lattice(job *j, size_t count[3])
+static dem_status lay_lattice(job *j, lattice *l)
 {
     const dem_insertion *ins = j->ins;
-    double total = 1.;
-    for (int a = 0; a < 3; a++) {
+    for (int a = 0; a < 3; a++)
         if (!(ins->spacing[a] > 0.))
             return refuse(j, "spacing %g m is not positive", ins->spacing[a]);
-        const double n = floor((ins->hi[a] - ins->lo[a]) / ins->spacing[a] + .5 + 1e-9);
-        total *= fmax(n, 0.);
-        if (!(total < 1e9))
-            return refuse(j, "a spacing of (%g %g %g) m makes more than 1e9 particles",
-                          ins->spacing[0], ins->spacing[1], ins->spacing[2]);
-        count[a] = (size_t)fmax(n, 0.);
-    }
+    if (lattice_lay(l, ins))
+        return refuse(j, "a spacing of (%g %g %g) m makes more than 1e9 particles", ins->spacing[0],
+                      ins->spacing[1], ins->spacing[2]);
     return DEM_OK;
 }
 
-static dem_status check_lattice(job *j)
+static dem_status check_point(job *j, const lattice *l, size_t p, const grid *old)
 {
-    const double(*x)[3] = (const double(*)[3])j->made->x;
-    const double radius = .5 * j->ins->diameter;
-    for (size_t i = 0; i < j->n; i++)
-        for (int a = 0; a < 3; a++)
-            if (!j->room.periodic[a] && (x[i][a] < j->room.lo[a] || x[i][a] > j->room.hi[a]))
-                return refuse(j, "lattice point (%g %g %g) m lies outside the domain", x[i][0],
-                              x[i][1], x[i][2]);
-    size_t first;
-    /* A spacing of just one diameter is good, whatever rounding makes of it. */
-    const dem_status status = packing_first_overlap(&j->room, radius, j->n, x, j->n_old, j->x_old,
-                                                    j->r_old, 1e-9, &first);
-    if (status == DEM_NO_MEMORY) return no_memory(j);
-    if (status != DEM_OK) return refuse(j, "%zu particles are too many for one rank", j->n);
-    if (first < j->n)
-        return refuse(j,
-                      "the particle at lattice point (%g %g %g) m, diameter %g m, overlaps with "
-                      "another one: the spacing is too small or the place is taken",
-                      x[first][0], x[first][1], x[first][2], j->ins->diameter);
-    return DEM_OK;
+    const double *x = j->made->x[j->n], diameter = j->ins->diameter;
+    for (int a = 0; a < 3; a++)
+        if (!j->room.periodic[a] && (x[a] < j->room.lo[a] || x[a] > j->room.hi[a]))
+            return refuse(j, "lattice point (%g %g %g) m lies outside the domain", x[0], x[1],
+                          x[2]);
+    if (!lattice_crowded(l, &j->room, p, diameter) &&
+        !(j->old.n && packing_overlaps(&j->room, old, x, .5 * diameter, 1e-9)))
+        return DEM_OK;
+    return refuse(
+        j,
+        "the particle at lattice point (%g %g %g) m, diameter %g m, overlaps with another "
+        "one: the spacing is too small or the place is taken",
+        x[0], x[1], x[2], diameter);
+}
+
+/* This rank's share of the points. */
+static dem_status place_points(job *j, const lattice *l, const grid *old)
+{
+    const size_t from = slice(l->n, j->rank, j->ranks), to = slice(l->n, j->rank + 1, j->ranks);
+    dem_status status = reserve(j, to - from);
+    for (size_t p = from; p < to && status == DEM_OK; p++) {
+        if (!lattice_point(l, p, j->made->x[j->n])) continue;
+        status = check_point(j, l, p, old);
+        j->n++;
+    }
+    return status;
 }
 
 static dem_status place_lattice(job *j)
 {
     const dem_insertion *ins = j->ins;
-    size_t count[3];
-    dem_status status = count_lattice(j, count);
-    const size_t total = status == DEM_OK ? count[0] * count[1] * count[2] : 0;
-    if (total == 0) return status;
-    status = reserve(j, total);
-    if (status != DEM_OK) return status;
-    for (size_t p = 0; p < total; p++) {
-        const size_t index[3] = {p % count[0], p / count[0] % count[1], p / (count[0] * count[1])};
-        double *x = j->made->x[j->n];
-        for (int a = 0; a < 3; a++) x[a] = ins->lo[a] + ((double)index[a] + .5) * ins->spacing[a];
-        const double slack = 1e-9 * fmin(fmin(ins->spacing[0], ins->spacing[1]), ins->spacing[2]);
-        if (dem_sdf_distance(ins->region, x) >= -slack) j->n++;
-    }
-    return check_lattice(j);
+    lattice l = {.n = 0};
+    grid old = {.smallest = 0};
+    dem_status status = lay_lattice(j, &l);
+    status = gather(j, status, ins->lo, ins->hi, ins->diameter);
+    if (status == DEM_OK)
+        status = packing_fixed(&j->room, j->old.n, (const double(*)[3])j->old.x, j->old.r,
+                               ins->diameter, &old)
+                     ? out_of_memory(j)
+                     : DEM_OK;
+    if (status == DEM_OK) status = place_points(j, &l, &old);
+    grid_free(&old);
+    return status;
 }
 
 static dem_status place_list(job *j)
 {
-    if (j->ins->n == 0) return DEM_OK;
-    const dem_status status = reserve(j, j->ins->n);
-    if (status != DEM_OK) return status;
-    memcpy(j->made->x, j->ins->x, j->ins->n * sizeof *j->made->x);
-    j->n = j->ins->n;
+    const size_t from = slice(j->ins->n, j->rank, j->ranks);
+    const size_t to = slice(j->ins->n, j->rank + 1, j->ranks);
+    const dem_status status = reserve(j, to - from);
+    if (status != DEM_OK || to == from) return status;
+    j->n = to - from;
+    memcpy(j->made->x, j->ins->x + from, j->n * sizeof *j->made->x);
     return DEM_OK;
 }
 
@@ -401,34 +418,62 @@ static void wrap(job *j)
     }
 }
 
-static dem_status run(job *j)
+/* Of what all ranks have made, this one's share. */
+static void keep_share(job *j)
+{
+    const size_t from = slice(j->n, j->rank, j->ranks), to = slice(j->n, j->rank + 1, j->ranks);
+    arrivals *m = j->made;
+    j->n = to - from;
+    if (from == 0 || j->n == 0) return;
+    memmove(m->x, m->x + from, j->n * sizeof *m->x);
+    memmove(m->radius, m->radius + from, j->n * sizeof *m->radius);
+    memmove(m->material, m->material + from, j->n * sizeof *m->material);
+}
+
+static dem_status place_all(job *j)
 {
     const dem_insertion *ins = j->ins;
-    dem_status status;
     if (ins->kind != DEM_INSERT_LIST && ins->region == NULL) return refuse(j, "has no region");
     if (ins->n_species > 0 && ins->kind != DEM_INSERT_RANDOM)
         return refuse(j, "only a random insertion may have several species or sizes");
     if (ins->n_species == 0 && !(ins->diameter > 0.))
         return refuse(j, "diameter %g m is not positive", ins->diameter);
     switch (ins->kind) {
-    case DEM_INSERT_RANDOM:
-        status = place_random(j);
-        break;
+    case DEM_INSERT_RANDOM: {
+        const dem_status status = place_random(j);
+        if (status == DEM_OK) keep_share(j);
+        return status;
+    }
     case DEM_INSERT_LATTICE:
-        status = place_lattice(j);
-        break;
+        return place_lattice(j);
     case DEM_INSERT_LIST:
-        status = place_list(j);
-        break;
+        return place_list(j);
     default:
         return refuse(j, "unknown kind %d", (int)ins->kind);
     }
+}
+
+/* The random numbers are one sequence over the particles of all ranks. */
+static void set_velocities(job *j, int64_t before)
+{
+    const dem_insertion *ins = j->ins;
+    double unused[3];
+    for (int64_t i = 0; i < before && ins->velocity_spread > 0.; i++)
+        insert_velocity(j->rng, ins->velocity, ins->velocity_spread, unused);
+    for (size_t i = 0; i < j->n; i++) {
+        insert_velocity(j->rng, ins->velocity, ins->velocity_spread, j->made->v[i]);
+        memcpy(j->made->omega[i], ins->angular_velocity, sizeof *j->made->omega);
+    }
+}
+
+static dem_status run(job *j)
+{
+    dem_sim *sim = j->place->sim;
+    dem_status status = place_all(j);
+    if (sim && !j->agreed) status = agree(sim, status);
     if (status != DEM_OK) return status;
     wrap(j);
-    for (size_t i = 0; i < j->n; i++)
-        insert_velocity(j->rng, ins->velocity, ins->velocity_spread, j->made->v[i]);
-    for (size_t i = 0; i < j->n; i++)
-        memcpy(j->made->omega[i], ins->angular_velocity, sizeof *j->made->omega);
+    set_velocities(j, sim ? sum_before(sim, (int64_t)j->n) : 0);
     j->made->n = j->n;
     return DEM_OK;
 }
@@ -444,9 +489,9 @@ dem_status insert_particles(const dem_insertion *ins, const insert_place *place,
     job j = {.ins = ins,
              .materials = place->material,
              .n_material = place->n_material,
-             .n_old = place->n_old,
-             .x_old = place->x_old,
-             .r_old = place->r_old,
+             .place = place,
+             .rank = place->sim ? place->sim->rank : 0,
+             .ranks = place->sim ? place->sim->ranks : 1,
              .made = made,
              .message = message,
              .size = size};
@@ -457,9 +502,11 @@ dem_status insert_particles(const dem_insertion *ins, const insert_place *place,
     if (size > 0) message[0] = '\0';
     memset(made, 0, sizeof *made);
     j.rng = insert_generator(ins->seed);
-    if (j.rng == NULL) return no_memory(&j);
-    const dem_status status = run(&j);
-    gsl_rng_free(j.rng);
+    dem_status status = j.rng ? DEM_OK : out_of_memory(&j);
+    if (place->sim) status = agree(place->sim, status);
+    if (status == DEM_OK) status = run(&j);
+    if (j.rng) gsl_rng_free(j.rng);
+    old_free(&j.old);
     if (status != DEM_OK) arrivals_free(made);
     return status;
 }

@@ -6,7 +6,8 @@
  * the domain would count as lost, and at the end of every dem_advance. In between a particle moves
  * by less than half the skin, so that none crosses a region that is wider than that unseen. Where
  * two outlets overlap the first one takes. Whom an outlet takes is out of the sums and lists at
- * once: what left with it is in the report.
+ * once: what left with it is in the report. Each rank looks at its own particles; what an outlet
+ * has taken from all of them, every rank knows.
  */
 #include "outlet.h"
 
@@ -97,22 +98,53 @@ static outlet *taker(dem_sim *sim, const double pos[4])
     return NULL;
 }
 
-dem_status outlets_take(dem_sim *sim)
+/* Of this rank's particles, who goes, and what goes with them by outlet. */
+static void find_gone(dem_sim *sim, uint8_t *gone, int64_t *number, tally *mass)
 {
     const particles *p = &sim->particles;
-    if (!sim->outlets.n || !p->n) return DEM_OK;
-    uint8_t *gone = calloc(p->n, 1);
-    if (!gone) return no_memory(sim);
-    size_t taken = 0;
     for (size_t i = 0; i < p->n; i++) {
-        outlet *o = taker(sim, p->pos[i]);
+        const outlet *o = taker(sim, p->pos[i]);
         if (!o) continue;
         gone[i] = 1;
-        taken++;
-        o->number++;
-        tally_add(&o->mass, p->mass[i]);
+        number[o - sim->outlets.outlet]++;
+        tally_add(&mass[o - sim->outlets.outlet], p->mass[i]);
     }
-    const dem_status status = taken ? remove_particles(sim, gone) : DEM_OK;
+}
+
+/* What all ranks lose. number[n] is how many of them have failed. */
+static dem_status book_gone(dem_sim *sim, dem_status status, int64_t *number, const tally *mass)
+{
+    outlets *all = &sim->outlets;
+    parcel in;
+    if (number[all->n]) return agree(sim, status);
+    status = share_blocks(sim, status, all->n, mass, sizeof *mass, &in);
+    const tally *part = in.data;
+    for (size_t k = 0; k < in.n && !status; k++) {
+        tally *sum = &all->outlet[k % all->n].mass;
+        tally_add(sum, part[k].sum);
+        tally_add(sum, part[k].lost);
+    }
+    for (size_t k = 0; k < all->n && !status; k++) all->outlet[k].number += number[k];
+    parcel_free(&in);
+    return status;
+}
+
+dem_status outlets_take(dem_sim *sim)
+{
+    const size_t n = sim->outlets.n;
+    if (!n || !sim->total) return DEM_OK;
+    uint8_t *gone = calloc(sim->particles.n + 1, 1);
+    int64_t number[n + 1], taken = 0;
+    tally mass[n];
+    memset(number, 0, sizeof number);
+    memset(mass, 0, sizeof mass);
+    dem_status status = gone ? DEM_OK : no_memory(sim);
+    if (gone) find_gone(sim, gone, number, mass);
+    number[n] = status != DEM_OK;
+    sum_counts(sim, number, (int)n + 1);
+    for (size_t k = 0; k <= n; k++) taken += number[k];
+    if (taken) status = book_gone(sim, status, number, mass);
+    if (taken && !status) status = remove_particles(sim, gone);
     free(gone);
     return status;
 }

@@ -11,8 +11,8 @@
 typedef struct outlet {
     dem_outlet given;    /* its region is the simulation's once dem_new has succeeded */
     double lo[3], hi[3]; /* box of the region, m */
-    int64_t number;      /* taken since dem_new */
-    tally mass;          /* kg */
+    int64_t number;      /* taken since dem_new, on all ranks; every rank has the sum */
+    tally mass;          /* kg, likewise */
 } outlet;
 
 typedef struct outlets {
@@ -23,7 +23,7 @@ typedef struct outlets {
 /* The outlets of `param`; their message in error. */
 dem_status outlets_init(dem_sim *sim, const dem_param *param);
 void outlets_free(outlets *o, int free_regions);
-/* Take what is in them now. */
+/* Take what is in them now. Collective, agreed upon. */
 dem_status outlets_take(dem_sim *sim);
 
 #endif

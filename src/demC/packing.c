@@ -421,21 +421,16 @@ dem_status packing_random(const packing_room *room, size_t n, const double *r, s
     return status;
 }
 
-dem_status packing_first_overlap(const packing_room *room, double radius, size_t n,
-                                 const double (*x)[3], size_t n_old, const double (*x_old)[3],
-                                 const double *r_old, double tolerance, size_t *first)
+dem_status packing_fixed(const packing_room *room, size_t n, const double (*x)[3], const double *r,
+                         double diameter, grid *g)
 {
-    packing p;
-    double *r = malloc((n + 1) * sizeof *r);
-    if (r == NULL) return DEM_NO_MEMORY;
-    for (size_t i = 0; i < n; i++) r[i] = radius;
-    const dem_status status = packing_make(&p, room, n, r, n_old, x_old, r_old);
-    for (*first = 0; status == DEM_OK && *first < n; (*first)++) {
-        memcpy(p.x[*first], x[*first], sizeof *x);
-        if (overlaps(&p, x[*first], radius, tolerance)) break;
-        grid_enter(&p.grid, *first);
+    double smallest = .5 * diameter, largest = .5 * diameter;
+    for (size_t i = 0; i < n; i++) {
+        smallest = fmin(smallest, r[i]);
+        largest = fmax(largest, r[i]);
     }
-    packing_free(&p);
-    free(r);
+    dem_status status = grid_init(g, room->lo, room->hi, room->periodic, smallest, largest, n, 0);
+    if (status == DEM_OK) status = grid_reserve(g, n, x, r);
+    for (size_t i = 0; i < n && status == DEM_OK; i++) grid_enter(g, i);
     return status;
 }

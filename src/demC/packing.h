@@ -55,12 +55,8 @@ int packing_overlaps(const packing_room *room, const grid *g, const double x[3],
                      double tolerance);
 extern const double packing_apart; /* the tolerance by which spheres that are created are apart */
 
-/**
- * The first sphere of the n that overlaps with an earlier one or an old one by more than
- * `tolerance` of the sum of their radii; n if none does. DEM_NO_MEMORY or DEM_OK.
- */
-dem_status packing_first_overlap(const packing_room *room, double radius, size_t n,
-                                 const double (*x)[3], size_t n_old, const double (*x_old)[3],
-                                 const double *r_old, double tolerance, size_t *first);
+/* A grid over the domain with n fixed spheres in it, for the search by spheres of `diameter`. */
+dem_status packing_fixed(const packing_room *room, size_t n, const double (*x)[3], const double *r,
+                         double diameter, grid *g);
 
 #endif

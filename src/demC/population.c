@@ -142,7 +142,6 @@ void take_stock(dem_sim *sim)
 /* Particles are about to come or go: what refers to rows of the store is saved. */
 static dem_status prepare_change(dem_sim *sim)
 {
-    balance_changing(sim);
     if (sim->list.valid && contacts_save(&sim->contacts, &sim->list)) return no_memory(sim);
     sim->list.valid = 0;
     return DEM_OK;
@@ -168,6 +167,7 @@ dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const d
 {
     particles *p = &sim->particles;
     dem_status status = DEM_OK;
+    balance_changing(sim);
     if (p->n + n > NEIGHBOUR_MASK)
         status = fail(sim, DEM_BAD_ARGUMENT, "%zu particles on one rank, at most %u", p->n + n,
                       (unsigned)NEIGHBOUR_MASK);
@@ -208,6 +208,7 @@ dem_status remove_particles(dem_sim *sim, const uint8_t *gone)
     const size_t n = p->n, rows = n + p->n_ghost;
     uint32_t *order = malloc((rows + 1) * sizeof *order),
              *place = malloc((rows + 1) * sizeof *place);
+    balance_changing(sim);
     dem_status status = order && place ? prepare_change(sim) : no_memory(sim);
     size_t kept = 0, k = 0;
     for (size_t i = 0; i < rows && !status; i++) {
