@@ -138,7 +138,8 @@ void balance_supply(dem_sim *sim, size_t row, int sign)
 dem_status balance_open(dem_sim *sim)
 {
     balance *b = &sim->balance;
-    size_t n = sim->particles.n;
+    /* The loops book for ghosts, too; nobody reads it. */
+    const size_t n = sim->particles.n + sim->particles.n_ghost;
     if (reserve(b, n)) return no_memory(sim);
     memset(b->damped, 0, n * sizeof *b->damped);
     memset(b->slid, 0, n * sizeof *b->slid);

@@ -20,7 +20,7 @@ typedef struct balance {
     double elastic;            /* and this was in all springs before, J */
     double gravity_angular[3], outside_angular[3], wall_angular[3]; /* in this dem_advance */
 
-    /* for every particle, of one step */
+    /* for every particle and ghost, of one step */
     double (*damped)[6];  /* force and torque of the dashpots */
     double (*slid)[6];    /* of the contacts that slide */
     double (*rolled)[3];  /* torque of the rolling resistance, less that of its springs */
