@@ -51,6 +51,7 @@ static phase_sums local_sums(const phase *ph)
     total(carried, s.carried);
     total(delivered, s.delivered);
     total(force, s.force);
+    dem_removed_column(ph->dem, ph->carried, s.gone);
     return s;
 }
 
@@ -84,8 +85,6 @@ int phase_book(phase *ph, const double fluid_drag[3], const double fluid_pressur
     local.exchange_scale = exchange_scale(ph);
     const phase_sums now = reduce(ph, &local), start = ph->at_start;
     const dem_report dem = dem_last_report(ph->dem);
-    double carried[3]; /* for those that left */
-    dem_removed_column(ph->dem, ph->carried, carried);
     cpl_entry e = {.time = dem_time(ph->dem),
                    .particle_volume = ph->report.map.solid_volume,
                    .mapped_volume = ph->report.map.mapped_volume,
@@ -102,7 +101,7 @@ int phase_book(phase *ph, const double fluid_drag[3], const double fluid_pressur
         e.gravity[a] = dem.gravity_impulse[a];
         e.walls[a] = dem.wall_impulse[a];
         e.supply[a] = dem.fed_momentum[a] - dem.removed_momentum[a];
-        e.gone[a] = carried[a] - dem.removed_impulse[a];
+        e.gone[a] = now.gone[a] - dem.removed_impulse[a];
     }
     const double impulses = now.impulse_scale + size(dem.removed_impulse);
     e.scale = now.exchange_scale * ph->dt + now.carried_scale + start.carried_scale + impulses;
@@ -114,5 +113,7 @@ int phase_book(phase *ph, const double fluid_drag[3], const double fluid_pressur
     ph->revision = dem_particles(ph->dem).revision;
     const cpl_status status = cpl_ledger_book(ph->ledger, &e);
     ph->report.ledger_residual = cpl_ledger_residual(ph->ledger);
-    return status ? phase_fail(ph, DEM_IO + status, "%s", cpl_ledger_message(ph->ledger)) : 0;
+    const int failed =
+        status ? phase_fail(ph, DEM_IO + status, "%s", cpl_ledger_message(ph->ledger)) : 0;
+    return phase_agree(ph, failed, NULL); /* the first rank alone writes the file */
 }

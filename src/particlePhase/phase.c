@@ -36,6 +36,22 @@ int phase_fail(phase *ph, int code, const char *format, ...)
     return code;
 }
 
+int phase_agree(phase *ph, int failed, int *flag)
+{
+    int rank, ranks, all[2];
+    MPI_Comm_rank(ph->comm, &rank);
+    MPI_Comm_size(ph->comm, &ranks);
+    /* The largest is that of the first rank that fails. */
+    const int mine[2] = {failed ? ranks - rank : 0, flag ? *flag : 0};
+    MPI_Allreduce(mine, all, 2, MPI_INT, MPI_MAX, ph->comm);
+    if (flag) *flag = all[1];
+    if (all[0]) {
+        MPI_Bcast(&failed, 1, MPI_INT, ranks - all[0], ph->comm);
+        MPI_Bcast(ph->message, sizeof ph->message, MPI_CHAR, ranks - all[0], ph->comm);
+    }
+    return failed;
+}
+
 static int dem_failed(phase *ph, dem_status status)
 {
     return phase_fail(ph, status, "%s", dem_message(ph->dem));
@@ -47,18 +63,17 @@ static int cpl_failed(phase *ph, cpl_status status, const char *text)
     return phase_fail(ph, DEM_IO + status, "%s", text);
 }
 
+/* s, of this rank with the others over cells since the map was built. */
+static double seconds_exchange(const phase *ph)
+{
+    return cpl_map_last_report(ph->map).seconds_exchange;
+}
+
 /* ---- life cycle ------------------------------------------------------------------------------ */
 
 static int check(phase *ph, const phase_param *param)
 {
     const cpl_param *c = param->coupling;
-    int ranks;
-    MPI_Comm_size(ph->comm, &ranks);
-    if (ranks > 1)
-        return phase_fail(ph, DEM_BAD_ARGUMENT,
-                          "coupled runs use one rank for now, found %d: start without mpirun, or "
-                          "with -np 1",
-                          ranks);
     if (!(param->rho > 0 && param->mu > 0 && isfinite(param->rho) && isfinite(param->mu)))
         return phase_fail(ph, DEM_BAD_ARGUMENT,
                           "density and viscosity of the fluid must be positive, found %g kg/m3 and "
@@ -116,7 +131,7 @@ static int attach(phase *ph)
 
 static int allocate_cells(phase *ph)
 {
-    const size_t n = ph->mesh.n;
+    const size_t n = ph->mesh.n + 1; /* a rank may have no cell, and still memory */
     ph->eps = calloc(n, sizeof *ph->eps);
     ph->eps_before = calloc(n, sizeof *ph->eps_before);
     ph->K = calloc(n, sizeof *ph->K);
@@ -144,12 +159,15 @@ static int reserve(phase *ph, size_t n)
     return 0;
 }
 
-/* Scratch and volumes for the particles as they are. */
-static int find_volumes(phase *ph)
+/* Scratch and volumes for the particles as they are. *changed: whether any rank has others than
+ * those at_start holds for. */
+static int find_volumes(phase *ph, int *changed)
 {
     static const double pi = 3.14159265358979323846;
     const dem_view p = dem_particles(ph->dem);
-    if (reserve(ph, p.n)) return DEM_NO_MEMORY;
+    *changed = ph->revision != p.revision;
+    const int failed = phase_agree(ph, reserve(ph, p.n), changed);
+    if (failed) return failed;
     for (size_t i = 0; i < p.n; i++)
         ph->V[i] = 4. / 3 * pi * p.radius[i] * p.radius[i] * p.radius[i];
     return 0;
@@ -158,7 +176,9 @@ static int find_volumes(phase *ph)
 static int map_particles(phase *ph)
 {
     const dem_view p = dem_particles(ph->dem);
-    if (find_volumes(ph)) return DEM_NO_MEMORY;
+    int changed;
+    const int failed = find_volumes(ph, &changed);
+    if (failed) return failed;
     const cpl_status status = cpl_map_build(ph->map, p.n, p.x, p.radius, ph->V);
     if (status) return cpl_failed(ph, status, cpl_map_message(ph->map));
     double *eps = ph->eps_before;
@@ -198,18 +218,18 @@ static int build(phase *ph, const phase_param *param)
 {
     const dem_status made = dem_new(ph->comm, param->dem, &ph->dem);
     if (made) return dem_failed(ph, made);
-    const cpl_status mapped =
-        cpl_map_new(&ph->mesh, ph->coupling.map, ph->coupling.packing_limit, &ph->map);
+    const cpl_status mapped = cpl_map_new_ranks(ph->comm, &ph->mesh, ph->coupling.map,
+                                                ph->coupling.packing_limit, &ph->map);
     if (mapped) return cpl_failed(ph, mapped, cpl_map_message(ph->map));
     int rank;
     MPI_Comm_rank(ph->comm, &rank);
     const cpl_status opened =
         cpl_ledger_new(rank == 0 ? param->ledger : NULL, ph->coupling.ledger_tolerance,
                        param->dem->restart ? dem_time(ph->dem) : NAN, &ph->ledger);
-    if (opened) return cpl_failed(ph, opened, cpl_ledger_message(ph->ledger));
+    int failed = opened ? cpl_failed(ph, opened, cpl_ledger_message(ph->ledger)) : 0;
     if (attach(ph) || allocate_cells(ph))
-        return phase_fail(ph, DEM_NO_MEMORY, "no memory for the particle phase");
-    return 0;
+        failed = phase_fail(ph, DEM_NO_MEMORY, "no memory for the particle phase");
+    return phase_agree(ph, failed, NULL);
 }
 
 /* The particles meet the fluid for the first time. */
@@ -224,13 +244,16 @@ static int begin(phase *ph)
 static int go_on(phase *ph, const char *file)
 {
     const int state[] = {ph->carried, ph->force, ph->kappa, ph->eps_p};
+    int failed = 0;
     for (size_t k = 0; k < sizeof state / sizeof *state; k++)
         if (!dem_column_restored(ph->dem, state[k]))
-            return phase_fail(
-                ph, DEM_IO,
-                "restart file %s: is of a run of particles alone, with no forces of a "
-                "fluid",
-                file);
+            failed =
+                phase_fail(ph, DEM_IO,
+                           "restart file %s: is of a run of particles alone, with no forces of a "
+                           "fluid",
+                           file);
+    failed = phase_agree(ph, failed, NULL);
+    if (failed) return failed;
     find_velocity(ph);
     cpl_scatter(ph->map, 1, dem_column(ph->dem, ph->kappa), ph->K);
     return 0;
@@ -239,14 +262,20 @@ static int go_on(phase *ph, const char *file)
 int phase_new(MPI_Comm comm, const phase_param *param, phase **result)
 {
     phase *ph = *result = calloc(1, sizeof *ph);
-    if (!ph) return DEM_NO_MEMORY;
+    int lacking = !ph, any; /* nobody may wait for one that has not even this much */
+    MPI_Allreduce(&lacking, &any, 1, MPI_INT, MPI_MAX, comm);
+    if (any) {
+        free(ph);
+        *result = NULL;
+        return DEM_NO_MEMORY;
+    }
     MPI_Comm_dup(comm, &ph->comm);
     ph->coupling = *param->coupling;
     ph->mesh = *param->mesh;
     ph->rho = param->rho;
     ph->mu = param->mu;
     ph->inertia = inertia_matters(param);
-    int failed = check(ph, param);
+    int failed = phase_agree(ph, check(ph, param), NULL);
     if (!failed) failed = build(ph, param);
     if (!failed) failed = map_particles(ph);
     if (failed) return failed;
@@ -317,10 +346,12 @@ int phase_advance(phase *ph, double dt)
     if (!(dt > 0 && isfinite(dt)))
         return phase_fail(ph, DEM_BAD_ARGUMENT, "time step is %g s and must be positive", dt);
     const double start = MPI_Wtime();
-    if (find_volumes(ph)) return DEM_NO_MEMORY; /* particles may have been added */
+    int changed; /* particles may have been added */
+    int failed = find_volumes(ph, &changed);
+    if (failed) return failed;
     ph->dt = dt;
-    if (ph->revision != dem_particles(ph->dem).revision) ph->at_start = phase_sum(ph);
-    int failed = predict(ph, dt);
+    if (changed) ph->at_start = phase_sum(ph);
+    failed = predict(ph, dt);
     if (failed) return failed;
     ph->revision = UINT64_MAX; /* none, until the step is booked */
     const dem_status moved = dem_advance(ph->dem, dt, 0);
@@ -332,8 +363,9 @@ int phase_advance(phase *ph, double dt)
     if (ph->inertia) find_acceleration(ph, dt);
     ph->report.map = cpl_map_last_report(ph->map);
     ph->report.seconds_dem = middle - start;
-    ph->report.seconds_map = MPI_Wtime() - middle;
-    ph->report.seconds_drag = ph->report.seconds_exchange = 0;
+    ph->report.seconds_exchange = seconds_exchange(ph);
+    ph->report.seconds_map = MPI_Wtime() - middle - ph->report.seconds_exchange;
+    ph->report.seconds_drag = 0;
     return 0;
 }
 
@@ -347,9 +379,17 @@ static void find_stiffness(phase *ph)
     MPI_Allreduce(&largest, &ph->report.stiffness, 1, MPI_DOUBLE, MPI_MAX, ph->comm);
 }
 
+/* Book the time since `start`, when the exchange since the build had taken `exchange`. */
+static void book_drag_time(phase *ph, double start, double exchange)
+{
+    const double spent = seconds_exchange(ph) - exchange;
+    ph->report.seconds_exchange += spent;
+    ph->report.seconds_drag += MPI_Wtime() - start - spent;
+}
+
 int phase_drag(phase *ph, const double (*U)[3])
 {
-    const double start = MPI_Wtime();
+    const double start = MPI_Wtime(), exchange = seconds_exchange(ph);
     const dem_view p = dem_particles(ph->dem);
     const int explicit = ph->coupling.scheme == CPL_EXPLICIT;
     double *eps = dem_column(ph->dem, ph->eps_p), *kappa = dem_column(ph->dem, ph->kappa);
@@ -366,7 +406,7 @@ int phase_drag(phase *ph, const double (*U)[3])
     cpl_scatter(ph->map, 3, ph->s[0], ph->S[0]);
     find_stiffness(ph);
     if (explicit) memset(ph->K, 0, ph->mesh.n * sizeof *ph->K);
-    ph->report.seconds_drag += MPI_Wtime() - start;
+    book_drag_time(ph, start, exchange);
     return 0;
 }
 
@@ -396,7 +436,7 @@ int phase_settle(phase *ph, const double (*u)[3], const double (*grad_p)[3],
                  const double (*tensor)[9], const double fluid_drag[3],
                  const double fluid_pressure[3])
 {
-    const double start = MPI_Wtime();
+    const double start = MPI_Wtime(), exchange = seconds_exchange(ph);
     const dem_view p = dem_particles(ph->dem);
     const int explicit = ph->coupling.scheme == CPL_EXPLICIT;
     /* The explicit source was made of the velocities of phase_drag, and so is the force. */
@@ -408,7 +448,7 @@ int phase_settle(phase *ph, const double (*u)[3], const double (*grad_p)[3],
                p.impulse, (vector *)dem_column(ph->dem, ph->force),
                (vector *)dem_column(ph->dem, ph->carried));
     const int failed = phase_book(ph, fluid_drag, fluid_pressure);
-    ph->report.seconds_drag += MPI_Wtime() - start;
+    book_drag_time(ph, start, exchange);
     add_seconds(ph);
     return failed;
 }

@@ -16,6 +16,7 @@ typedef double vector[3];
 /* Sums over the particles, on this rank and then over all; plain doubles so that they reduce. */
 typedef struct phase_sums {
     double momentum[3], carried[3], delivered[3], force[3];
+    double gone[3];        /* sum C of those that left */
     double speed_scale;    /* sum m |v|, |.| the sum of magnitudes of components */
     double carried_scale;  /* sum |C| */
     double impulse_scale;  /* sum |J| */
@@ -64,6 +65,9 @@ struct phase {
 phase_sums phase_sum(const phase *ph);
 /* Ledger entry of the step that ends, and the report. */
 int phase_book(phase *ph, const double fluid_drag[3], const double fluid_pressure[3]);
+/* What the first rank that failed has failed with, its message too, on all ranks; 0 if none has.
+ * *flag (or NULL) becomes the largest of the ranks'. */
+int phase_agree(phase *ph, int failed, int *flag);
 /* Set the message and return `code`. */
 int phase_fail(phase *ph, int code, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
