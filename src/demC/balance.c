@@ -59,7 +59,9 @@ static dem_status reserve(balance *b, size_t n)
 
 /* ---- springs --------------------------------------------------------------------------------- */
 
-static double pair_energy(const dem_sim *sim, size_t i, size_t k, spring_energy *sum)
+/* Of particle i and the partner in the entry k of the list; `contact`: how many touched before. */
+static double pair_energy(const dem_sim *sim, size_t i, size_t k, size_t *contact,
+                          spring_energy *sum)
 {
     const particles *p = &sim->particles;
     uint32_t entry = sim->list.entry[k], j = entry & NEIGHBOUR_MASK;
@@ -74,8 +76,9 @@ static double pair_energy(const dem_sim *sim, size_t i, size_t k, spring_energy 
         d2 += d * d;
     }
     if (sim->contacts.touch[k]) {
-        const double *t = sim->contacts.spring[k];
-        const double *m = sim->contacts.rolls ? sim->contacts.rolling[k] : NULL;
+        const size_t at = contacts_at(&sim->contacts, (*contact)++);
+        const double *t = sim->contacts.spring[at];
+        const double *m = sim->contacts.rolls ? sim->contacts.rolling[at] : NULL;
         spring_energy s = {0};
         add_springs(sim->law, sim->table[pair], sim->extras.table[pair], radius, t, m, &s);
         sum->tangential += share * s.tangential;
@@ -96,9 +99,11 @@ static double elastic(const dem_sim *sim, spring_energy *s)
     *s = (spring_energy){0};
     double sum = 0;
     const neighbour *list = &sim->list;
+    size_t contact = 0;
     for (size_t r = 0; r < list->n_row; r++) {
         const size_t i = neighbour_slot(list, (uint32_t)r);
-        for (size_t k = list->row[r]; k < list->row[r + 1]; k++) sum += pair_energy(sim, i, k, s);
+        for (size_t k = list->row[r]; k < list->row[r + 1]; k++)
+            sum += pair_energy(sim, i, k, &contact, s);
     }
     sum +=
         walls_elastic(&sim->walls, &sim->particles, sim->table, sim->n_material, &sim->extras, s);

@@ -292,7 +292,7 @@ static dem_status rebuild(dem_sim *sim)
     return status;
 }
 
-static void sum_forces(dem_sim *sim, double dt, int last)
+static dem_status sum_forces(dem_sim *sim, double dt, int last)
 {
     particles *p = &sim->particles;
     dem_report *r = &sim->report;
@@ -309,7 +309,7 @@ static void sum_forces(dem_sim *sim, double dt, int last)
                          .survey = last};
     /* What pairs with ghosts leave on them is the business of their owners. */
     if (p->n_ghost) memset(p->force[p->n], 0, p->n_ghost * sizeof *p->force);
-    sum_pair_forces(&pairs, p, &sim->list, &sim->contacts);
+    if (sum_pair_forces(&pairs, p, &sim->list, &sim->contacts)) return no_memory(sim);
     wall_forces walls = {.law = sim->law,
                          .table = sim->table,
                          .n_material = sim->n_material,
@@ -325,6 +325,7 @@ static void sum_forces(dem_sim *sim, double dt, int last)
     r->contacts = (int64_t)pairs.contacts;
     r->wall_contacts = (int64_t)walls.contacts;
     r->overlap = fmax(pairs.overlap, walls.overlap);
+    return DEM_OK;
 }
 
 /* A step without particles. */
@@ -364,7 +365,7 @@ static dem_status move_particles(dem_sim *sim, double dt, int last, motion *m)
     dem_report *r = &sim->report;
     double begin = MPI_Wtime();
     if (sim->balance.on && balance_open(sim)) return DEM_NO_MEMORY;
-    sum_forces(sim, dt, last);
+    if (sum_forces(sim, dt, last)) return DEM_NO_MEMORY;
     double summed = MPI_Wtime();
     if (sim->balance.on) balance_summed(sim);
     integrate(m, &sim->particles);

@@ -7,7 +7,11 @@
  *   detect  entries of the list -> dense block of touching pairs, without branches
  *   gather  velocities and springs of the block into rows
  *   law     one vectorised loop over the block
- *   scatter forces and torques to both partners, springs to their slots
+ *   scatter forces and torques to both partners, springs to the ring (contact.h)
+ *
+ * A block is filled up to whole vectors with copies of its last pair, so that each pair goes
+ * through the same instructions wherever in a block it stands: its force is the same to the last
+ * bit in every list that it may be part of, thus on any number of ranks.
  *
  * The order of the sums is that of the list, thus of (cell, id): see neighbour.h. The contact point
  * lies in the middle of the overlap, at l_i = r_i - d/2 from x_i, the same for both partners, and
@@ -32,9 +36,13 @@
  * needed soon is asked for early. NEIGHBOUR_SPARE entries behind the list may be looked at. */
 #define AHEAD NEIGHBOUR_SPARE
 
+#define WIDE 8 /* numbers in the widest vector; divides BLOCK */
+
 typedef struct block {
     int n;
-    uint32_t i[BLOCK + 1], j[BLOCK + 1], k[BLOCK + 1];
+    uint32_t i[BLOCK + 1], j[BLOCK + 1];
+    uint32_t old[BLOCK + 1]; /* number of the contact in the last sum, */
+    uint8_t was[BLOCK + 1];  /* if there was one */
     double dx[BLOCK + 1], dy[BLOCK + 1], dz[BLOCK + 1], d2[BLOCK + 1];
     double reach[BLOCK + 1];  /* r_i + r_j */
     double uneven[BLOCK + 1]; /* r_i - r_j */
@@ -69,17 +77,17 @@ typedef struct arrays {
     const uint32_t *restrict slot; /* particle of a row, NULL: the same */
     const uint32_t *restrict entry;
     const double (*restrict shift)[4];
-    double (*restrict spring)[4];
     uint8_t *restrict touch;
-    double (*rolling)[4]; /* NULL without elastic-plastic rolling resistance */
+    size_t n_own; /* particles; those behind are ghosts */
 } arrays;
 
-/* Entries begin..end-1 of row i: those that touch are appended to the block. */
-DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t end, int uniform,
-                       double all_reach, int periodic)
+/* Entries begin..end-1 of the row of particle i: those that touch are appended to the block. */
+DEM_INLINE void detect(block *b, const arrays *a, contact_stream *s, size_t i, size_t begin,
+                       size_t end, int uniform, double all_reach, int periodic)
 {
     const double *xi = a->pos[i];
     double x = xi[0], y = xi[1], z = xi[2], r = xi[3];
+    uint32_t old = (uint32_t)s->read;
     int n = b->n;
     for (size_t k = begin; k < end; k++) {
         uint32_t entry = a->entry[k], j = periodic ? entry & NEIGHBOUR_MASK : entry;
@@ -87,7 +95,6 @@ DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t
         __builtin_prefetch(a->pos[a->entry[k + AHEAD] & NEIGHBOUR_MASK]);
         __builtin_prefetch(a->vel[j]);
         __builtin_prefetch(a->force[j], 1);
-        __builtin_prefetch(a->spring[k], 1);
         double dx = x - xj[0], dy = y - xj[1], dz = z - xj[2];
         if (periodic) {
             const double *shift = a->shift[entry >> NEIGHBOUR_BITS];
@@ -98,7 +105,8 @@ DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t
         double d2 = dx * dx + dy * dy + dz * dz, reach = uniform ? all_reach : r + xj[3];
         b->i[n] = (uint32_t)i;
         b->j[n] = j;
-        b->k[n] = (uint32_t)k;
+        b->old[n] = old;
+        b->was[n] = a->touch[k];
         b->dx[n] = dx;
         b->dy[n] = dy;
         b->dz[n] = dz;
@@ -108,28 +116,60 @@ DEM_INLINE void detect(block *b, const arrays *a, size_t i, size_t begin, size_t
             b->uneven[n] = r - xj[3];
         }
         int inside = d2 < reach * reach;
-        a->touch[k] &= (uint8_t)inside;
+        old += a->touch[k];
+        a->touch[k] = (uint8_t)inside;
         n += inside;
     }
     b->n = n;
+    s->read = old;
 }
 
-DEM_INLINE void gather(block *b, const arrays *a, const pair_forces *job, int uniform)
+/* Place in the ring of the contact k of the last sum. */
+DEM_INLINE size_t ring_at(const contact_stream *s, size_t k)
 {
+    return s->begin + k < s->size ? s->begin + k : s->begin + k - s->size;
+}
+
+DEM_INLINE void gather(block *b, const arrays *a, const contact_stream *s, const pair_forces *job,
+                       int uniform)
+{
+    static const vec4 none = {0, 0, 0, 0};
     for (int c = 0; c < b->n; c++) {
-        uint32_t i = b->i[c], j = b->j[c], k = b->k[c];
+        uint32_t i = b->i[c], j = b->j[c];
         const vec4 *vi = (const vec4 *)a->vel[i], *vj = (const vec4 *)a->vel[j];
-        double old = a->touch[k];
         *(vec4 *)b->velocity[c] = vi[0] - vj[0];
         *(vec4 *)b->spin[c] = vi[1] + vj[1];
-        *(vec4 *)b->spring[c] = *(const vec4 *)a->spring[k] * old;
-        a->touch[k] = 1;
+        const vec4 *old = (const vec4 *)s->spring[ring_at(s, b->old[c])];
+        *(vec4 *)b->spring[c] = *(b->was[c] ? old : &none);
         if (uniform) continue;
         *(vec4 *)b->twist[c] = (vi[1] - vj[1]) * b->uneven[c];
         b->mass[c] = 1 / (a->vel[i][3] + a->vel[j][3]);
         b->radius[c] = a->pos[i][3] * a->pos[j][3] / b->reach[c];
         b->q[c] = job->table[a->material[i] * job->n_material + a->material[j]];
     }
+}
+
+/* Copies of the last pair up to whole vectors. */
+DEM_INLINE int fill_up(block *b, int uniform)
+{
+    const int last = b->n - 1, whole = (b->n + WIDE - 1) / WIDE * WIDE;
+    for (int c = b->n; c < whole; c++) {
+        b->dx[c] = b->dx[last];
+        b->dy[c] = b->dy[last];
+        b->dz[c] = b->dz[last];
+        b->d2[c] = b->d2[last];
+        *(vec4 *)b->velocity[c] = *(vec4 *)b->velocity[last];
+        *(vec4 *)b->spin[c] = *(vec4 *)b->spin[last];
+        *(vec4 *)b->spring[c] = *(vec4 *)b->spring[last];
+        if (uniform) continue;
+        b->reach[c] = b->reach[last];
+        b->uneven[c] = b->uneven[last];
+        *(vec4 *)b->twist[c] = *(vec4 *)b->twist[last];
+        b->mass[c] = b->mass[last];
+        b->radius[c] = b->radius[last];
+        b->q[c] = b->q[last];
+    }
+    return whole / WIDE;
 }
 
 /* `x`, a literal NULL in the plain loops, keeps what the extras ask for. */
@@ -139,7 +179,7 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
     const coefficient only = job->only;
     const double mass = .5 * job->mass, radius = .5 * job->radius, dt = job->dt;
     const double reach = 2 * job->radius;
-    int n = b->n;
+    const int n = WIDE * fill_up(b, uniform);
     for (int c = 0; c < n; c++) {
         double d = sqrt(b->d2[c]), per_d = 1 / d;
         double nx = b->dx[c] * per_d, ny = b->dy[c] * per_d, nz = b->dz[c] * per_d;
@@ -187,12 +227,14 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
     }
 }
 
-DEM_INLINE void scatter(const block *b, const arrays *a, int uniform)
+DEM_INLINE void scatter(const block *b, const arrays *a, const contact_stream *s, int uniform)
 {
-    for (int c = 0; c < b->n; c++) {
+    size_t at = s->to + s->written;
+    for (int c = 0; c < b->n; c++, at++) {
         vec4 *fi = (vec4 *)a->force[b->i[c]], *fj = (vec4 *)a->force[b->j[c]];
         vec4 f = *(const vec4 *)b->force[c], t = *(const vec4 *)b->torque[c];
-        *(vec4 *)a->spring[b->k[c]] = *(const vec4 *)b->spring[c];
+        if (at >= s->size) at -= s->size;
+        *(vec4 *)s->spring[at] = *(const vec4 *)b->spring[c];
         fi[0] += f;
         fi[1] += t;
         fj[0] -= f;
@@ -202,30 +244,48 @@ DEM_INLINE void scatter(const block *b, const arrays *a, int uniform)
 
 /* ---- extras ---------------------------------------------------------------------------------- */
 
-/* Before gather(), which sets the flags. */
-static void gather_extra(const block *b, extra_block *x, const arrays *a)
+static void gather_extra(const block *b, extra_block *x, const contact_stream *s)
 {
-    for (int c = 0; c < b->n; c++) {
-        uint32_t k = b->k[c];
-        for (int m = 0; m < 4; m++) {
-            x->before[c][m] = a->touch[k] ? a->spring[k][m] : 0;
-            if (a->rolling) x->rolling[c][m] = a->touch[k] ? a->rolling[k][m] : 0;
-        }
+    memcpy(x->before, b->spring, (size_t)b->n * sizeof *b->spring);
+    for (int c = 0; c < b->n && s->rolling; c++) {
+        const double *old = s->rolling[ring_at(s, b->old[c])];
+        for (int m = 0; m < 4; m++) x->rolling[c][m] = b->was[c] ? old[m] : 0;
     }
 }
 
-/* Force on i, -force on j; torque -l n x force on both. */
-static void book(double (*where)[6], uint32_t i, uint32_t j, const double n[3], double li,
-                 double lj, const double f[3])
+/* A force of a pair as particle i has it: what it does to its motion, and to its spin. */
+static void book(double where[6], const double n[3], double lever, const double f[3], double sign)
 {
     for (int a = 0; a < 3; a++) {
         int s = (a + 1) % 3, t = (a + 2) % 3;
-        double cross = n[s] * f[t] - n[t] * f[s];
-        where[i][a] += f[a];
-        where[j][a] -= f[a];
-        where[i][3 + a] -= li * cross;
-        where[j][3 + a] -= lj * cross;
+        where[a] += sign * f[a];
+        where[3 + a] -= lever * (n[s] * f[t] - n[t] * f[s]);
     }
+}
+
+/* Force on i, -force on j; torque -l n x force on both. Ghosts keep no books. */
+static void book_pair(balance *kept, size_t n_own, const uint32_t who[2], const double n[3],
+                      const double lever[2], const extra_force *g)
+{
+    for (int side = 0; side < 2; side++) {
+        const uint32_t i = who[side];
+        const double sign = side ? -1 : 1;
+        if (i >= n_own) continue;
+        book(kept->damped[i], n, lever[side], g->damped, sign);
+        book(kept->slid[i], n, lever[side], g->slid, sign);
+        for (int k = 0; k < 3; k++) kept->rolled[i][k] += sign * g->rolled[k];
+    }
+}
+
+/* sum += weight x one */
+static void add_energies(spring_energy *sum, double weight, const spring_energy *one)
+{
+    sum->tangential += weight * one->tangential;
+    sum->turned += weight * one->turned;
+    sum->tangential_old += weight * one->tangential_old;
+    sum->turned_old += weight * one->turned_old;
+    sum->slid += weight * one->slid;
+    sum->rolled += weight * one->rolled;
 }
 
 static extra_contact describe(const block *b, const extra_block *x, const arrays *a,
@@ -265,11 +325,14 @@ static void apply_extra(block *b, extra_block *x, const arrays *a, pair_forces *
 {
     balance *kept = job->extras->balance ? job->balance : NULL;
     for (int c = 0; c < b->n; c++) {
-        uint32_t i = b->i[c], j = b->j[c];
+        const uint32_t who[2] = {b->i[c], b->j[c]};
         extra_contact e = describe(b, x, a, job, c);
         double *m = x->rolling[c];
         spring roll = {m[0], m[1], m[2], m[3]};
-        extra_force g = extra_law(job->law, job->extras, &e, &roll, &job->springs);
+        spring_energy held = {0};
+        extra_force g = extra_law(job->law, job->extras, &e, &roll, &held);
+        /* A pair with a ghost is summed on two ranks. */
+        add_energies(&job->springs, who[0] < a->n_own && who[1] < a->n_own ? 1 : .5, &held);
         x->rolling[c][0] = roll.x;
         x->rolling[c][1] = roll.y;
         x->rolling[c][2] = roll.z;
@@ -280,25 +343,24 @@ static void apply_extra(block *b, extra_block *x, const arrays *a, pair_forces *
             x->torque[c][k] = g.torque[k];
         }
         if (!kept) continue;
-        double d = sqrt(b->d2[c]), li = .5 * (d + b->uneven[c]), lj = .5 * (d - b->uneven[c]);
-        book(kept->damped, i, j, n, li, lj, g.damped);
-        book(kept->slid, i, j, n, li, lj, g.slid);
-        for (int k = 0; k < 3; k++) {
-            kept->rolled[i][k] += g.rolled[k];
-            kept->rolled[j][k] -= g.rolled[k];
-        }
+        const double d = sqrt(b->d2[c]), uneven = b->uneven[c];
+        const double lever[2] = {.5 * (d + uneven), .5 * (d - uneven)};
+        book_pair(kept, a->n_own, who, n, lever, &g);
     }
 }
 
-static void scatter_extra(const block *b, const extra_block *x, const arrays *a)
+static void scatter_extra(const block *b, const extra_block *x, const arrays *a,
+                          const contact_stream *s)
 {
-    for (int c = 0; c < b->n; c++) {
+    size_t at = s->to + s->written;
+    for (int c = 0; c < b->n; c++, at++) {
         double *ti = a->force[b->i[c]] + 4, *tj = a->force[b->j[c]] + 4;
         for (int k = 0; k < 3; k++) {
             ti[k] += x->torque[c][k];
             tj[k] -= x->torque[c][k];
         }
-        if (a->rolling) memcpy(a->rolling[b->k[c]], x->rolling[c], sizeof x->rolling[c]);
+        if (at >= s->size) at -= s->size;
+        if (s->rolling) memcpy(s->rolling[at], x->rolling[c], sizeof x->rolling[c]);
     }
 }
 
@@ -314,22 +376,33 @@ static void survey(const block *b, pair_forces *job, int uniform)
     }
 }
 
-DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, pair_forces *job, dem_law law,
-                      int uniform)
+/* Pairs of which this rank has the first: each is counted on one rank. */
+DEM_INLINE size_t count_own(const block *b, size_t n_own)
 {
-    if (x) gather_extra(b, x, a);
-    gather(b, a, job, uniform);
-    apply_law(b, x, job, law, uniform);
-    if (x) apply_extra(b, x, a, job);
-    scatter(b, a, uniform);
-    if (x) scatter_extra(b, x, a);
-    if (job->survey) survey(b, job, uniform);
-    job->contacts += (size_t)b->n;
-    b->n = 0;
+    size_t n = 0;
+    for (int c = 0; c < b->n; c++) n += b->i[c] < n_own;
+    return n;
 }
 
-DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, size_t n, dem_law law,
-                          int uniform, int periodic)
+DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, contact_stream *s,
+                      pair_forces *job, dem_law law, int uniform)
+{
+    if (!b->n || s->failed) return;
+    gather(b, a, s, job, uniform);
+    if (x) gather_extra(b, x, s);
+    apply_law(b, x, job, law, uniform);
+    if (x) apply_extra(b, x, a, job);
+    const size_t n = (size_t)b->n;
+    if (s->written + n > s->read + s->gap && contacts_widen(s, n)) return;
+    scatter(b, a, s, uniform);
+    if (x) scatter_extra(b, x, a, s);
+    if (job->survey) survey(b, job, uniform);
+    job->contacts += count_own(b, a->n_own);
+    s->written += n;
+}
+
+DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, contact_stream *s,
+                          size_t n, dem_law law, int uniform, int periodic)
 {
     block b;
     b.n = 0;
@@ -338,26 +411,29 @@ DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, siz
         for (size_t k = a->row[r], row_end = a->row[r + 1]; k < row_end;) {
             size_t room = (size_t)(BLOCK - b.n);
             size_t end = row_end - k > room ? k + room : row_end;
-            detect(&b, a, i, k, end, uniform, 2 * job->radius, periodic);
-            if (b.n == BLOCK) flush(&b, x, a, job, law, uniform);
+            detect(&b, a, s, i, k, end, uniform, 2 * job->radius, periodic);
+            if (b.n == BLOCK) {
+                flush(&b, x, a, s, job, law, uniform);
+                b.n = 0;
+            }
             k = end;
         }
     }
-    flush(&b, x, a, job, law, uniform);
+    flush(&b, x, a, s, job, law, uniform);
 }
 
-typedef void pair_kernel(pair_forces *job, const arrays *a, size_t n);
+typedef void pair_kernel(pair_forces *job, const arrays *a, contact_stream *s, size_t n);
 
 #define KERNEL(name, isa, law, uniform, periodic)                                                  \
-    isa static void name(pair_forces *job, const arrays *a, size_t n)                              \
+    isa static void name(pair_forces *job, const arrays *a, contact_stream *s, size_t n)           \
     {                                                                                              \
-        pair_loop(job, NULL, a, n, law, uniform, periodic);                                        \
+        pair_loop(job, NULL, a, s, n, law, uniform, periodic);                                     \
     }
 #define EXTRA_KERNEL(name, isa, law, periodic)                                                     \
-    isa static void name(pair_forces *job, const arrays *a, size_t n)                              \
+    isa static void name(pair_forces *job, const arrays *a, contact_stream *s, size_t n)           \
     {                                                                                              \
         extra_block x;                                                                             \
-        pair_loop(job, &x, a, n, law, 0, periodic);                                                \
+        pair_loop(job, &x, a, s, n, law, 0, periodic);                                             \
     }
 /* [law][equal particles, different ones, extras][periodic] */
 #define KERNELS(suffix, isa)                                                                       \
@@ -401,7 +477,7 @@ static pair_kernel *choose(dem_law law, int kind, int periodic)
     return kernels_plain[hertz][kind][periodic];
 }
 
-void sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, contacts *c)
+dem_status sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, contacts *c)
 {
     arrays a = {(const double(*)[4])p->pos,
                 (const double(*)[8])p->vel,
@@ -411,12 +487,13 @@ void sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, cont
                 list->slot,
                 list->entry,
                 (const double(*)[4])list->shift,
-                c->spring,
                 c->touch,
-                c->rolling};
+                p->n};
+    contact_stream s = contacts_open(c);
     pair_kernel *kernel = choose(job->law, job->extras ? 2 : job->uniform != 0, list->any_periodic);
     job->contacts = 0;
     job->overlap = 0;
     job->springs = (spring_energy){0};
-    kernel(job, &a, list->n_row);
+    kernel(job, &a, &s, list->n_row);
+    return contacts_close(&s, list);
 }

@@ -20,12 +20,12 @@ typedef struct pair_forces {
     const extras *extras;  /* models beyond the plain law, or NULL */
     balance *balance;      /* where its parts go, if it is kept */
     int survey;            /* nonzero: fill in `overlap` */
-    size_t contacts;       /* out: touching pairs */
+    size_t contacts;       /* out: touching pairs whose first particle is no ghost */
     double overlap;        /* out: largest overlap / smaller radius */
     spring_energy springs; /* out, if the balance is kept */
 } pair_forces;
 
 /* Adds to p->force. */
-void sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, contacts *c);
+dem_status sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, contacts *c);
 
 #endif

@@ -107,26 +107,25 @@ static dem_status part_contacts(moving *m)
     contacts *c = &m->sim->contacts;
     dem_status status = DEM_OK;
     size_t kept = 0;
-    for (size_t k = 0; k < c->n_saved && !status; k++) {
-        const saved_contact *s = &c->saved[k];
-        const int stays = s->i < p->n && s->j < p->n && !leaves(m, s->i) && !leaves(m, s->j);
-        if (stays) {
-            c->saved[kept++] = *s;
+    for (size_t k = 0; k < c->n && !status; k++) {
+        const uint32_t i = c->pair[k][0], j = c->pair[k][1];
+        if (i < p->n && j < p->n && !leaves(m, i) && !leaves(m, j)) {
+            contacts_move(c, kept++, k);
             continue;
         }
         travelling_contact t;
         memset(&t, 0, sizeof t);
-        t.first = p->id[s->i];
-        t.second = p->id[s->j];
-        t.c = *s;
-        if (leaves(m, s->i)) status = send_contact(m, &t, m->owner[s->i]);
-        if (!status && leaves(m, s->j) && !(leaves(m, s->i) && m->owner[s->i] == m->owner[s->j]))
-            status = send_contact(m, &t, m->owner[s->j]);
+        t.first = p->id[i];
+        t.second = p->id[j];
+        t.c = contacts_get(c, k);
+        if (leaves(m, i)) status = send_contact(m, &t, m->owner[i]);
+        if (!status && leaves(m, j) && !(leaves(m, i) && m->owner[i] == m->owner[j]))
+            status = send_contact(m, &t, m->owner[j]);
         travelling_contact *own = grow(&m->foreign, sizeof *own);
         if (!own) return no_memory(m->sim);
         *own = t;
     }
-    c->n_saved = kept;
+    c->n = kept;
     return status;
 }
 

@@ -83,26 +83,27 @@ void restart_save_contacts(restart_job *job)
 {
     const particles *p = &job->sim->particles;
     contacts *c = &job->sim->contacts;
+    int failed = 0;
     /* Without a list that holds they are saved already. */
-    if (job->sim->list.valid && contacts_save(c, &job->sim->list)) c->n_saved = SIZE_MAX;
-    history *all = c->n_saved < SIZE_MAX ? calloc(c->n_saved + 1, sizeof *all) : NULL;
+    if (job->sim->list.valid && contacts_save(c, &job->sim->list)) failed = 1;
+    history *all = failed ? NULL : calloc(c->n + 1, sizeof *all);
     if (!all) {
         h5file_fail(&job->file->f, "contacts", "out of memory");
         return;
     }
-    for (size_t k = 0; k < c->n_saved; k++) {
-        const saved_contact *s = &c->saved[k];
-        const int64_t i = p->id[s->i], j = p->id[s->j];
+    for (size_t k = 0; k < c->n; k++) {
+        const saved_contact s = contacts_get(c, k);
+        const int64_t i = p->id[s.i], j = p->id[s.j];
         const double sign = i < j ? 1 : -1;
         history *h = &all[k];
         h->key[0] = i < j ? i : j;
         h->key[1] = i < j ? j : i;
         for (int a = 0; a < 4; a++) {
-            h->spring[a] = (a < 3 ? sign : 1) * s->spring[a];
-            if (c->rolls) h->rolling[a] = (a < 3 ? sign : 1) * s->rolling[a];
+            h->spring[a] = (a < 3 ? sign : 1) * s.spring[a];
+            if (c->rolls) h->rolling[a] = (a < 3 ? sign : 1) * s.rolling[a];
         }
     }
-    put_histories(job, "contacts", PAIR, all, c->n_saved);
+    put_histories(job, "contacts", PAIR, all, c->n);
     free(all);
 }
 
@@ -112,14 +113,7 @@ void restart_load_contacts(restart_job *job)
     size_t n;
     const history *all = get_histories(job, "contacts", PAIR, &n);
     if (!all) return;
-    free(c->saved);
-    c->n_saved = c->saved_capacity = 0;
-    c->saved = malloc((n + 1) * sizeof *c->saved);
-    if (!c->saved) {
-        restart_refuse(job->file, "out of memory with %zu contacts", n);
-        return;
-    }
-    c->saved_capacity = n + 1;
+    c->n = 0;
     for (size_t k = 0; k < n; k++) {
         const size_t i = restart_find(job, all[k].key[0]), j = restart_find(job, all[k].key[1]);
         if (i == job->n || j == job->n || i >= j) {
@@ -127,11 +121,13 @@ void restart_load_contacts(restart_job *job)
                            (long long)all[k].key[0], (long long)all[k].key[1]);
             return;
         }
-        saved_contact *s = &c->saved[c->n_saved++];
-        s->i = (uint32_t)i;
-        s->j = (uint32_t)j;
-        memcpy(s->spring, all[k].spring, sizeof s->spring);
-        memcpy(s->rolling, all[k].rolling, sizeof s->rolling);
+        saved_contact s = {.i = (uint32_t)i, .j = (uint32_t)j};
+        memcpy(s.spring, all[k].spring, sizeof s.spring);
+        memcpy(s.rolling, all[k].rolling, sizeof s.rolling);
+        if (contacts_append(c, &s)) {
+            restart_refuse(job->file, "out of memory with %zu contacts", n);
+            return;
+        }
     }
 }
 
