@@ -1,28 +1,30 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What felmiFoam refuses before its first step, with nothing written: a misspelt key, at the line
-# where the user wrote it; a wrong value that came by #include and $macro; a missing file; a parallel
-# run; and particles of an earlier run, which it cannot take up yet. Then a good case
-# leaves a cloud that OpenFOAM's own tools read.
+# where the user wrote it; a wrong value that came by #include and $macro; a missing file; and particles
+# of an earlier run, which it cannot take up yet. On two ranks likewise, said once, without a hang; and
+# ranks without -parallel. Then a good case leaves a cloud that OpenFOAM's own tools read.
 . "$(dirname "$0")/foamCase"
 
 lattice 0.0025 "0 0 0.02" "0.02 0.02 0.04"
 endTime=0.002
 makeCase
 
-# refuses TEXT [ARGUMENT...]: the run stops with TEXT in its message, and wrote nothing
+# refuses TEXT [COMMAND...]: felmiFoam, or COMMAND, stops with TEXT in its message, said once, and wrote
+# nothing
 refuses()
 {
     local text=$1 before
     shift
+    [ $# != 0 ] || set -- felmiFoam
     before=$(ls -R)
-    if felmiFoam "$@" >"$work.log" 2>&1; then
-        echo "felmiFoam ran; expected: $text"
+    if "$@" >"$work.log" 2>&1; then
+        echo "$* ran; expected: $text"
         exit 1
     fi
-    grep -qF -- "$text" "$work.log" || {
+    [ "$(grep -cF -- "$text" "$work.log")" = 1 ] || {
         tail -n 15 "$work.log"
-        echo "expected: $text"
+        echo "expected once: $text"
         exit 1
     }
     [ "$before" = "$(ls -R)" ] || { echo "something was written"; exit 1; }
@@ -43,9 +45,19 @@ cp constant/transportProperties good
 sed -i 's/rho [^;]*;//' constant/transportProperties
 refuses "rho: missing; accepted: a number > 0 in kg/m3"
 mv good constant/transportProperties
-refuses "leave out mpirun and -parallel" -parallel
 [ "$(felmiFoam -version)" = "$(felmiMAC -version)" ]
 felmiFoam -help | grep -q '^writes: U, p,'
+
+# on ranks: what is wrong in the case, and what is wrong with the command
+refuses "started on 2 ranks of MPI, but OpenFOAM runs on 1" onRanks 2 felmiFoam
+decomposeCase "1 1 2"
+cp constant/demProperties good
+printf 'timeStop\n{\n    stepsPerPeriod 30;\n}\n' >>constant/demProperties
+refuses "demProperties:$(($(wc -l <good) + 3)): timeStop: unknown key" onRanks 2 felmiFoam -parallel
+mv good constant/demProperties
+refuses "number of processor directories = 2 is not equal to the number of processors = 3" \
+    onRanks 3 felmiFoam -parallel
+rm -r processor*
 
 runCase
 sed -i 's/startTime 0;/startTime 0.002;/; s/endTime 0.002;/endTime 0.004;/' system/controlDict

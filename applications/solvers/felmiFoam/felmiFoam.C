@@ -46,6 +46,7 @@ Description
 #include "faceForces.H"
 #include "particlePhase.H"
 #include "patchTable.H"
+#include "stopRun.H"
 
 #include <mpi.h>
 
@@ -59,7 +60,7 @@ int main(int argc, char *argv[])
         " incompressible fluid."
     );
 
-    #include "oneProcessor.H"
+    #include "aboutCase.H"
     #include "postProcess.H"
 
     #include "addCheckCaseOptions.H"

@@ -5,13 +5,20 @@
 \*---------------------------------------------------------------------------*/
 
 #include "particleMesh.H"
+#include "stopRun.H"
 #include "coupledPolyPatch.H"
 #include "cyclicPolyPatch.H"
 #include "emptyPolyPatch.H"
+#include "globalIndex.H"
+#include "labelIOList.H"
+#include "processorCyclicPolyPatch.H"
 #include "symmetryPolyPatch.H"
 #include "symmetryPlanePolyPatch.H"
+#include "syncTools.H"
 #include "wallPolyPatch.H"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 
 namespace Foam
@@ -23,20 +30,13 @@ static_assert(sizeof(vector) == 3*sizeof(double), "needs double precision");
 // to that precision, relative to the width of a cell.
 static const scalar positionPrecision = 1e-4;
 
-// A walk crosses a few faces from one step to the next; one that has not ended
-// after as many faces as this is left to the octree.
-static const label longestWalk = 30;
-
-// Distance from a face, relative to the cell's size, up to which a point still
-// counts as inside, so that no point is lost between two warped faces.
-static const scalar faceTolerance = 1e-9;
-
 
 particleMesh::particleMesh(const fvMesh& mesh)
 :
     mesh_(mesh),
     cells_(),
-    box_(false)
+    box_(false),
+    id_(mesh.nCells())
 {
     makeBounds();
 
@@ -82,55 +82,84 @@ void particleMesh::makeBounds()
 }
 
 
-Vector<label> particleMesh::equalCells() const
+// A cell's place in the box is that of its centre; a part of the mesh keeps the
+// order of the whole, so that places increase on every processor.
+bool particleMesh::findPlaces
+(
+    const Vector<label>& n,
+    const vector& width
+)
+{
+    const boundBox& bounds = mesh_.bounds();
+    const scalar tolerance = positionPrecision*cmptMin(width);
+    int64_t before = -1;
+
+    forAll(lo_, c)
+    {
+        const vector middle = 0.5*(lo_[c] + hi_[c]) - bounds.min();
+        Vector<label> at;
+
+        for (direction d = 0; d < vector::nComponents; ++d)
+        {
+            at[d] = min(max(label(middle[d]/width[d]), 0), n[d] - 1);
+        }
+
+        const vector corner = bounds.min() + cmptMultiply(width, vector(at));
+        const int64_t here =
+            at.x() + int64_t(n.x())*(at.y() + int64_t(n.y())*at.z());
+
+        if
+        (
+            cmptMax(cmptMag(lo_[c] - corner)) > tolerance
+         || cmptMax(cmptMag(hi_[c] - corner - width)) > tolerance
+         || mesh_.cells()[c].size() != 6
+         || here <= before
+        )
+        {
+            return false;
+        }
+
+        id_[c] = before = here;
+    }
+
+    return true;
+}
+
+
+Vector<label> particleMesh::equalCells()
 {
     const Vector<label> none(0, 0, 0);
 
-    if (!mesh_.nCells())
+    // that of any cell will do
+    vector width(vector::max);
+    if (mesh_.nCells())
     {
-        return none;
+        width = hi_[0] - lo_[0];
     }
+    reduce(width, minOp<vector>());
 
-    const boundBox& bounds = mesh_.bounds();
-    const vector width = hi_[0] - lo_[0];
+    const vector span = mesh_.bounds().span();
     Vector<label> n;
+    scalar count = 1;
 
     for (direction d = 0; d < vector::nComponents; ++d)
     {
-        n[d] = round(bounds.span()[d]/width[d]);
+        const scalar cells = std::round(span[d]/width[d]);
+        count *= cells;
+        if (!(count > 0 && count < labelMax))
+        {
+            return none;
+        }
+        n[d] = label(cells);
     }
-    if (n.x()*n.y()*n.z() != mesh_.nCells())
+    if (label(count) != returnReduce(mesh_.nCells(), sumOp<label>()))
     {
         return none;
     }
 
-    const vector exact = cmptDivide(bounds.span(), vector(n));
-    const scalar tolerance = positionPrecision*cmptMin(exact);
+    const bool equal = findPlaces(n, cmptDivide(span, vector(n)));
 
-    label c = 0;
-    for (label k = 0; k < n.z(); ++k)
-    {
-        for (label j = 0; j < n.y(); ++j)
-        {
-            for (label i = 0; i < n.x(); ++i, ++c)
-            {
-                const vector corner =
-                    bounds.min() + cmptMultiply(exact, vector(i, j, k));
-
-                if
-                (
-                    cmptMax(cmptMag(lo_[c] - corner)) > tolerance
-                 || cmptMax(cmptMag(hi_[c] - corner - exact)) > tolerance
-                 || mesh_.cells()[c].size() != 6
-                )
-                {
-                    return none;
-                }
-            }
-        }
-    }
-
-    return n;
+    return returnReduce(equal, andOp<bool>()) ? n : none;
 }
 
 
@@ -140,18 +169,27 @@ Vector<label> particleMesh::periodicAxes() const
 
     for (const polyPatch& patch : mesh_.boundaryMesh())
     {
+        const bool cyclic =
+            isA<cyclicPolyPatch>(patch) || isA<processorCyclicPolyPatch>(patch);
+
         // cyclicAMI and its like: periodic for the fluid, but their faces need
         // not match, and particles would take them for the end of the box
-        if (isA<coupledPolyPatch>(patch) && !isA<cyclicPolyPatch>(patch))
+        if
+        (
+            isA<coupledPolyPatch>(patch)
+        && !cyclic
+        && !isA<processorPolyPatch>(patch)
+        )
         {
-            FatalErrorInFunction
-                << "patch " << patch.name() << " is " << patch.type()
-                << ": of all coupled types particles pass "
-                << cyclicPolyPatch::typeName << " only"
-                << exit(FatalError);
+            stopRun
+            (
+                "patch " + patch.name() + " is " + patch.type()
+              + ": of all coupled types particles pass "
+              + cyclicPolyPatch::typeName + " only"
+            );
         }
 
-        if (isA<cyclicPolyPatch>(patch) && patch.size())
+        if (cyclic && patch.size())
         {
             const vector n = cmptMag(patch.faceNormals()[0]);
 
@@ -161,6 +199,8 @@ Vector<label> particleMesh::periodicAxes() const
             }
         }
     }
+
+    reduce(axes, maxOp<Vector<label>>());
 
     return axes;
 }
@@ -179,18 +219,28 @@ void particleMesh::makeBox
     const int wraps[3] =
         {int(periodic.x()), int(periodic.y()), int(periodic.z())};
 
-    if
-    (
-        cpl_mesh_box
+    const cpl_status made =
+        UPstream::parRun()
+      ? cpl_mesh_box_part
+        (
+            &cells_,
+            count,
+            bounds.min().cdata(),
+            width.cdata(),
+            wraps,
+            id_.size(),
+            id_.data()
+        )
+      : cpl_mesh_box
         (
             &cells_,
             count,
             bounds.min().cdata(),
             width.cdata(),
             wraps
-        )
-     != CPL_OK
-    )
+        );
+
+    if (made != CPL_OK)
     {
         FatalErrorInFunction
             << "no memory for the arrays of " << mesh_.nCells() << " cells"
@@ -205,28 +255,29 @@ void particleMesh::makeGeneral()
 {
     for (const polyPatch& patch : mesh_.boundaryMesh())
     {
-        if (isA<coupledPolyPatch>(patch))
+        if (isA<coupledPolyPatch>(patch) && !isA<processorPolyPatch>(patch))
         {
-            FatalErrorInFunction
-                << "patch " << patch.name() << " is " << patch.type()
-                << ": particles pass periodic boundaries only on a mesh that"
-                << " is one block of equal cells, numbered as blockMesh does"
-                << exit(FatalError);
+            stopRun
+            (
+                "patch " + patch.name() + " is " + patch.type()
+              + ": particles pass periodic boundaries only on a mesh that is"
+                " one block of equal cells, numbered as blockMesh does"
+            );
         }
     }
 
-    offset_.assign(1, 0);
-    DynamicList<int> neighbour(6*mesh_.nCells());
-
-    for (const labelList& cellCells : mesh_.cellCells())
+    if (UPstream::parRun())
     {
-        for (const label c : cellCells)
-        {
-            neighbour.append(c);
-        }
-        offset_.push_back(neighbour.size());
+        numberCells();
+        makeNeighboursOnRanks();
+
+        // later searches of one processor must not wait for the others
+        (void)mesh_.tetBasePtIs();
     }
-    neighbour_.transfer(neighbour);
+    else
+    {
+        makeNeighbours();
+    }
 
     normal_ = mesh_.faceAreas()/max(mag(mesh_.faceAreas()), VSMALL);
 
@@ -237,83 +288,126 @@ void particleMesh::makeGeneral()
     cells_.lo = reinterpret_cast<const double (*)[3]>(lo_.cdata());
     cells_.hi = reinterpret_cast<const double (*)[3]>(hi_.cdata());
     cells_.offset = offset_.data();
-    cells_.neighbour = neighbour_.cdata();
     cells_.locate = locate;
     cells_.context = this;
 }
 
 
-label particleMesh::walk(const point& x, label celli) const
+void particleMesh::makeNeighbours()
 {
-    for (label step = 0; step < longestWalk; ++step)
+    offset_.assign(1, 0);
+    neighbour_.reserve(6*mesh_.nCells());
+
+    for (const labelList& cellCells : mesh_.cellCells())
     {
-        // the face that x lies farthest beyond
-        scalar farthest = faceTolerance*mag(hi_[celli] - lo_[celli]);
-        label facei = -1;
-
-        for (const label f : mesh_.cells()[celli])
-        {
-            const scalar side = mesh_.faceOwner()[f] == celli ? 1 : -1;
-            const scalar beyond =
-                side*((x - mesh_.faceCentres()[f]) & normal_[f]);
-
-            if (beyond > farthest)
-            {
-                farthest = beyond;
-                facei = f;
-            }
-        }
-
-        if (facei < 0)
-        {
-            return celli;
-        }
-        if (!mesh_.isInternalFace(facei))
-        {
-            return -1;
-        }
-
-        celli =
-            mesh_.faceOwner()[facei] == celli
-          ? mesh_.faceNeighbour()[facei]
-          : mesh_.faceOwner()[facei];
+        neighbour_.insert(neighbour_.end(), cellCells.begin(), cellCells.end());
+        offset_.push_back(neighbour_.size());
     }
 
-    return -1;
+    cells_.neighbour = neighbour_.data();
 }
 
 
-void particleMesh::locate
-(
-    void* context,
-    size_t m,
-    const double (*x)[3],
-    int* cell
-)
+// Cells keep the numbers that they had before the mesh was decomposed, if
+// decomposePar has left them; then results are those of any decomposition.
+void particleMesh::numberCells()
 {
-    particleMesh& self = *static_cast<particleMesh*>(context);
+    const label n = mesh_.nCells();
+    const scalar all = returnReduce(scalar(n), sumOp<scalar>());
 
-    if (self.hint_.size() < label(m))
+    IOobject io
+    (
+        "cellProcAddressing",
+        mesh_.facesInstance(),
+        polyMesh::meshSubDir,
+        mesh_,
+        IOobject::MUST_READ,
+        IOobject::NO_WRITE,
+        false
+    );
+
+    bool known = io.typeHeaderOk<labelIOList>(true);
+    reduce(known, andOp<bool>());
+
+    if (known)
     {
-        self.hint_.setSize(m, 0);
+        const labelIOList original(io);
+        scalar sum = 0;
+
+        known = original.size() == n;
+        forAll(original, c)
+        {
+            sum += original[c];
+            known = known && original[c] >= 0 && original[c] < all;
+        }
+
+        // what is left by an earlier mesh of other cells adds up to less
+        reduce(sum, sumOp<scalar>());
+        known = known && mag(sum - 0.5*all*(all - 1)) < 0.5;
+        reduce(known, andOp<bool>());
+
+        if (known)
+        {
+            id_.assign(original.begin(), original.end());
+        }
     }
 
-    for (size_t i = 0; i < m; ++i)
+    if (!known)
     {
-        const point p(x[i][0], x[i][1], x[i][2]);
-        label& hint = self.hint_[i];
+        const globalIndex number(n);
 
-        label found = self.walk(p, hint);
-        if (found < 0)
+        for (label c = 0; c < n; ++c)
         {
-            found = self.mesh_.findCell(p);
+            id_[c] = number.toGlobal(c);
         }
-        if (found >= 0)
-        {
-            hint = found;
-        }
-        cell[i] = found;
     }
+}
+
+
+void particleMesh::makeNeighboursOnRanks()
+{
+    List<label> own(id_.size());
+    std::copy(id_.begin(), id_.end(), own.begin());
+
+    List<label> beyond;     // the other side of each boundary face
+    syncTools::swapBoundaryCellList(mesh_, own, beyond);
+
+    offset_.assign(1, 0);
+    neighbourId_.reserve(6*id_.size());
+
+    forAll(mesh_.cells(), c)
+    {
+        for (const label f : mesh_.cells()[c])
+        {
+            if (mesh_.isInternalFace(f))
+            {
+                const label owner = mesh_.faceOwner()[f];
+                const label other =
+                    owner == c ? mesh_.faceNeighbour()[f] : owner;
+
+                neighbourId_.push_back(id_[other]);
+            }
+            else if
+            (
+                isA<processorPolyPatch>
+                (
+                    mesh_.boundaryMesh()[mesh_.boundaryMesh().whichPatch(f)]
+                )
+            )
+            {
+                neighbourId_.push_back(beyond[f - mesh_.nInternalFaces()]);
+            }
+        }
+        std::sort
+        (
+            neighbourId_.begin() + offset_.back(),
+            neighbourId_.end()
+        );
+        offset_.push_back(neighbourId_.size());
+    }
+
+    cells_.id = id_.data();
+    cells_.neighbour_id = neighbourId_.data();
 }
 
 
@@ -332,39 +426,55 @@ static case_patch_type sideType(const polyPatch& patch)
 
 case_mesh particleMesh::summary() const
 {
-    case_mesh summary;
+    case_mesh summary = case_mesh();
     const boundBox& bounds = mesh_.bounds();
 
     for (direction d = 0; d < vector::nComponents; ++d)
     {
         summary.lo[d] = bounds.min()[d];
         summary.hi[d] = bounds.max()[d];
-        summary.spacing[d] = min((hi_ - lo_)().component(d));
+        summary.spacing[d] = gMin((hi_ - lo_)().component(d));
         summary.cells[d] = box_ ? cells_.cells[d] : 1;
     }
 
-    // The patch of a side is that of the faces which look that way most
+    // The patch of a side is that of the faces which look that way most.
+    // Cyclic faces that processors share are those of the cyclic patch.
+    const polyBoundaryMesh& patches = mesh_.boundaryMesh();
+    const label patchCount = patches.nNonProcessor();
+
     for (label side = 0; side < 6; ++side)
     {
         vector outward(Zero);
         outward[side/2] = side % 2 ? 1 : -1;
 
-        scalar most = 0;
-        summary.side[side].type = CASE_PATCH;
-        summary.side[side].patch[0] = '\0';
+        scalarField area(patchCount, Zero);
 
-        for (const polyPatch& patch : mesh_.boundaryMesh())
+        for (const polyPatch& patch : patches)
         {
-            const scalar area = sum(max(patch.faceAreas() & outward, 0.0));
+            const label patchi =
+                isA<processorCyclicPolyPatch>(patch)
+              ? refCast<const processorCyclicPolyPatch>(patch).referPatchID()
+              : patch.index();
 
-            if (area > most)
+            if (patchi < patchCount)
             {
-                most = area;
-                summary.side[side].type = sideType(patch);
-                word name(patch.name());
-                name.resize(std::min<size_t>(name.size(), CASE_NAME - 1));
-                std::strcpy(summary.side[side].patch, name.c_str());
+                area[patchi] += sum(max(patch.faceAreas() & outward, 0.0));
             }
+        }
+        reduce(area, sumOp<scalarField>());
+
+        case_side& found = summary.side[side];
+        found.type = CASE_PATCH;
+        found.patch[0] = '\0';
+
+        if (patchCount && max(area) > 0)
+        {
+            const polyPatch& patch = patches[findMax(area)];
+            word name(patch.name());
+
+            found.type = sideType(patch);
+            name.resize(std::min<size_t>(name.size(), CASE_NAME - 1));
+            std::strcpy(found.patch, name.c_str());
         }
     }
 

@@ -8,7 +8,12 @@
 #include "particlePhase.H"
 #include "clockValue.H"
 #include "IOField.H"
+#include "ListOps.H"
 #include "passiveParticleCloud.H"
+#include "PstreamBuffers.H"
+#include "UIPstream.H"
+#include "UOPstream.H"
+#include "stopRun.H"
 
 #include <cmath>
 #include <cstdlib>
@@ -39,6 +44,9 @@ static void printLines(const char* title, char* lines)
 void particlePhase::report() const
 {
     const dem_view particles = dem_particles(phase_engine(phase_));
+    const label cellCount = returnReduce(mesh_.nCells(), sumOp<label>());
+    const label particleCount =
+        returnReduce(label(particles.n), sumOp<label>());
     const dem_limits limits = dem_time_limits(phase_engine(phase_));
     const scalar deltaT = mesh_.time().deltaTValue();
     const scalar step = min(limits.step, deltaT);
@@ -52,9 +60,9 @@ void particlePhase::report() const
         << "    rho " << rho_ << " kg/m3, drag "
         << (coupling_.scheme == CPL_EXPLICIT ? "explicit" : "implicit in U")
         << nl << nl
-        << "Mesh: " << mesh_.nCells() << " cells, "
+        << "Mesh: " << cellCount << " cells, "
         << (cells_.box() ? "one block of equal cells" : "general") << nl
-        << "Particles: " << label(particles.n) << nl
+        << "Particles: " << particleCount << nl
         << "    contact law "
         << (dem_.param.law == DEM_HERTZ ? "hertz" : "linear") << nl;
     printLines("Walls", case_describe_walls(&dem_, "    "));
@@ -107,17 +115,110 @@ phase_report particlePhase::last() const
 }
 
 
-// A field of the cloud from a function of the particle's row
-template<class Type, class Value>
+// What the cloud holds of particles
+struct cloudColumns
+{
+    labelList id;
+    vectorField x, U;
+    scalarField d, rho;
+
+    void append(const cloudColumns& more)
+    {
+        id.append(more.id);
+        x.append(more.x);
+        U.append(more.U);
+        d.append(more.d);
+        rho.append(more.rho);
+    }
+
+    // The rows with these numbers
+    cloudColumns subset(const labelUList& rows) const
+    {
+        return cloudColumns
+        {
+            labelList(id, rows),
+            vectorField(x, rows),
+            vectorField(U, rows),
+            scalarField(d, rows),
+            scalarField(rho, rows)
+        };
+    }
+};
+
+
+Ostream& operator<<(Ostream& os, const cloudColumns& c)
+{
+    return os << c.id << c.x << c.U << c.d << c.rho;
+}
+
+
+Istream& operator>>(Istream& is, cloudColumns& c)
+{
+    return is >> c.id >> c.x >> c.U >> c.d >> c.rho;
+}
+
+
+static cloudColumns columnsOf(const dem_view& view, const dem_material* material)
+{
+    const label n = view.n;
+    cloudColumns c
+    {
+        labelList(n),
+        vectorField(n),
+        vectorField(n),
+        scalarField(n),
+        scalarField(n)
+    };
+
+    for (label i = 0; i < n; ++i)
+    {
+        c.id[i] = view.id[i];
+        c.x[i] = vector(view.x[i][0], view.x[i][1], view.x[i][2]);
+        c.U[i] = vector(view.v[i][0], view.v[i][1], view.v[i][2]);
+        c.d[i] = 2*view.radius[i];
+        c.rho[i] = material[view.material[i]].density;
+    }
+
+    return c;
+}
+
+
+// Particles go from the processor that moves them to the one of their cell
+static cloudColumns toHosts(const cloudColumns& own, const labelUList& host)
+{
+    const labelListList rows(invertOneToMany(UPstream::nProcs(), host));
+    PstreamBuffers buffers(UPstream::commsTypes::nonBlocking);
+
+    forAll(rows, proc)
+    {
+        UOPstream to(proc, buffers);
+        to << own.subset(rows[proc]);
+    }
+    buffers.finishedSends();
+
+    cloudColumns all;
+
+    forAll(rows, proc)
+    {
+        cloudColumns part;
+        UIPstream from(proc, buffers);
+        from >> part;
+        all.append(part);
+    }
+
+    return all;
+}
+
+
+template<class Type>
 static void writeField
 (
     const cloud& particles,
     const word& name,
-    const label n,
-    const Value& value
+    const Field<Type>& values
 )
 {
-    IOField<Type> field
+    IOField<Type>
     (
         IOobject
         (
@@ -128,30 +229,27 @@ static void writeField
             IOobject::NO_WRITE,
             false
         ),
-        n
-    );
-
-    forAll(field, i)
-    {
-        field[i] = value(i);
-    }
-
-    field.write();
+        values
+    ).write();
 }
 
 
 void particlePhase::writeCloud() const
 {
     const dem_view view = dem_particles(phase_engine(phase_));
-    const label n = view.n;
 
-    List<int> cell(n);
-    cells_.cells().locate
+    cloudColumns rows(columnsOf(view, dem_.param.material));
+    if (UPstream::parRun())
+    {
+        rows = toHosts(rows, cells_.hosts(view.n, view.x));
+    }
+
+    List<int> cell;
+    cells_.find
     (
-        cells_.cells().context,
-        view.n,
-        view.x,
-        cell.data()
+        rows.x.size(),
+        reinterpret_cast<const double (*)[3]>(rows.x.cdata()),
+        cell
     );
 
     passiveParticleCloud particles
@@ -163,48 +261,26 @@ void particlePhase::writeCloud() const
 
     // A centre outside the mesh would have stopped the run in the map; the
     // check spares the cloud a search of its own.
-    labelList row(n);
-    label written = 0;
+    DynamicList<label> inside(cell.size());
 
-    for (label i = 0; i < n; ++i)
+    forAll(cell, i)
     {
         if (cell[i] >= 0)
         {
-            const point x(view.x[i][0], view.x[i][1], view.x[i][2]);
-            particles.addParticle(new passiveParticle(mesh_, x, cell[i]));
-            row[written++] = i;
+            particles.addParticle
+            (
+                new passiveParticle(mesh_, rows.x[i], cell[i])
+            );
+            inside.append(i);
         }
     }
+    rows = rows.subset(inside);
 
     particles.write();
-
-    writeField<label>
-    (
-        particles, "id", written,
-        [&](const label i) { return label(view.id[row[i]]); }
-    );
-    writeField<vector>
-    (
-        particles, "U", written,
-        [&](const label i)
-        {
-            const double* v = view.v[row[i]];
-            return vector(v[0], v[1], v[2]);
-        }
-    );
-    writeField<scalar>
-    (
-        particles, "d", written,
-        [&](const label i) { return 2*view.radius[row[i]]; }
-    );
-    writeField<scalar>
-    (
-        particles, "rho", written,
-        [&](const label i)
-        {
-            return dem_.param.material[view.material[row[i]]].density;
-        }
-    );
+    writeField(particles, "id", Field<label>(rows.id));
+    writeField(particles, "U", rows.U);
+    writeField(particles, "d", rows.d);
+    writeField(particles, "rho", rows.rho);
 }
 
 
@@ -220,7 +296,7 @@ void particlePhase::writeSnapshot()
     const Time& runTime = mesh_.time();
 
     dem_sim* engine = phase_engine(phase_);
-    const fileName directory(runTime.path()/"dem");
+    const fileName directory(runTime.globalPath()/"dem");
     const word name(runTime.timeName());
 
     if (dem_write_snapshot(engine, directory.c_str(), name.c_str()) != DEM_OK)

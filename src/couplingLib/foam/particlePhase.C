@@ -9,6 +9,7 @@
 #include "caseText.H"
 #include "IOdictionary.H"
 #include "OSspecific.H"
+#include "stopRun.H"
 
 #include <cfenv>
 
@@ -41,18 +42,19 @@ static cellVectors vectors(const vectorField& f)
 }
 
 
-void stopRun(const string& message)
+// The master's text on all processors: what others get of a dictionary that
+// the master reads has lost its lines.
+static string masterText(const dictionary& dict)
 {
-    Info<< flush;
-    const bool ended = message.size() && message.back() == '\n';
-    Serr<< nl << "--> felmiFoam stops:" << nl << message.c_str()
-        << (ended ? "" : "\n") << endl;
+    string text;
 
-    if (UPstream::parRun())
+    if (Pstream::master())
     {
-        UPstream::exit(1);
+        text = caseText(dict);
     }
-    std::exit(1);
+    Pstream::scatter(text);
+
+    return text;
 }
 
 
@@ -65,6 +67,7 @@ static case_dict* caseDict
     case_errors* errors
 )
 {
+    const fileName file = runTime.constant()/name;
     const IOobject io
     (
         name,
@@ -75,15 +78,18 @@ static case_dict* caseDict
         false
     );
 
-    if (!isFile(io.objectPath()))
+    bool found = !io.globalFilePath(IOdictionary::typeName).empty();
+    Pstream::scatter(found);
+
+    if (!found)
     {
-        return case_dict_read(io.objectPath().c_str(), errors);
+        const fileName path(runTime.globalPath()/file);
+        return case_dict_read(path.c_str(), errors);
     }
 
     const IOdictionary dict(io);
-    const fileName file = runTime.constant()/name;
 
-    return case_dict_parse(caseText(dict).c_str(), file.c_str(), errors);
+    return case_dict_parse(masterText(dict).c_str(), file.c_str(), errors);
 }
 
 
@@ -105,7 +111,7 @@ static case_control readControl(const Time& runTime, case_errors* errors)
     case_control control = case_control();
     case_dict* dict = case_dict_parse
     (
-        caseText(times).c_str(),
+        masterText(times).c_str(),
         "system/controlDict",
         errors
     );
@@ -140,7 +146,7 @@ static void refuseRestart(const Time& runTime)
 {
     const fileName earlier(runTime.timePath()/"lagrangian"/"particles");
 
-    if (isDir(earlier))
+    if (returnReduce(isDir(earlier), orOp<bool>()))
     {
         stopRun
         (
@@ -170,7 +176,7 @@ void particlePhase::readCase(const vector& g)
         case_read_dem
         (
             dict,
-            runTime.path().c_str(),
+            runTime.globalPath().c_str(),
             &mesh,
             g.cdata(),
             &dem_,
@@ -226,7 +232,7 @@ particlePhase::particlePhase
     const ieeeArithmetic noTraps;
     readCase(g);
 
-    const fileName ledger(mesh.time().path()/"postProcessing"/"ledger");
+    const fileName ledger(mesh.time().globalPath()/"postProcessing"/"ledger");
 
     phase_param param = phase_param();
     param.dem = &dem_.param;
