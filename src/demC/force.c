@@ -227,7 +227,22 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
     }
 }
 
-DEM_INLINE void scatter(const block *b, const arrays *a, const contact_stream *s, int uniform)
+/* What models beyond the plain law add to pair c, whose place in the ring is `at`. */
+static void scatter_extra(const block *b, const extra_block *x, const arrays *a,
+                          const contact_stream *s, int c, size_t at)
+{
+    double *ti = a->force[b->i[c]] + 4, *tj = a->force[b->j[c]] + 4;
+    for (int k = 0; k < 3; k++) {
+        ti[k] += x->torque[c][k];
+        tj[k] -= x->torque[c][k];
+    }
+    if (s->rolling) memcpy(s->rolling[at], x->rolling[c], sizeof x->rolling[c]);
+}
+
+/* Pair by pair, all of a pair at once: which pairs share a block is not the same on every number of
+ * ranks, and must not decide the order of a sum. */
+DEM_INLINE void scatter(const block *b, const extra_block *x, const arrays *a,
+                        const contact_stream *s, int uniform)
 {
     size_t at = s->to + s->written;
     for (int c = 0; c < b->n; c++, at++) {
@@ -239,6 +254,7 @@ DEM_INLINE void scatter(const block *b, const arrays *a, const contact_stream *s
         fi[1] += t;
         fj[0] -= f;
         fj[1] += uniform ? t : t * b->lever[c];
+        if (x) scatter_extra(b, x, a, s, c, at);
     }
 }
 
@@ -349,21 +365,6 @@ static void apply_extra(block *b, extra_block *x, const arrays *a, pair_forces *
     }
 }
 
-static void scatter_extra(const block *b, const extra_block *x, const arrays *a,
-                          const contact_stream *s)
-{
-    size_t at = s->to + s->written;
-    for (int c = 0; c < b->n; c++, at++) {
-        double *ti = a->force[b->i[c]] + 4, *tj = a->force[b->j[c]] + 4;
-        for (int k = 0; k < 3; k++) {
-            ti[k] += x->torque[c][k];
-            tj[k] -= x->torque[c][k];
-        }
-        if (at >= s->size) at -= s->size;
-        if (s->rolling) memcpy(s->rolling[at], x->rolling[c], sizeof x->rolling[c]);
-    }
-}
-
 /* ---- the loop -------------------------------------------------------------------------------- */
 
 /* Largest overlap / smaller radius in the block: r_j = (reach - uneven)/2. */
@@ -394,8 +395,7 @@ DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, contact_stream 
     if (x) apply_extra(b, x, a, job);
     const size_t n = (size_t)b->n;
     if (s->written + n > s->read + s->gap && contacts_widen(s, n)) return;
-    scatter(b, a, s, uniform);
-    if (x) scatter_extra(b, x, a, s);
+    scatter(b, x, a, s, uniform);
     if (job->survey) survey(b, job, uniform);
     job->contacts += count_own(b, a->n_own);
     s->written += n;
