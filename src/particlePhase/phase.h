@@ -102,8 +102,8 @@ typedef struct phase_report {
 
 phase_report phase_last_report(const phase *phase);
 /* The line of the log for a step, without newline; returns its length like snprintf. Time, eps,
- * Courant, contacts (with walls), overlap, stiffness, ledger, wall time per part, time to
- * completion. seconds_fluid: the solver's own part. */
+ * Courant, contacts (with walls), overlap, stiffness, ledger, wall time per part (the exchange on
+ * several ranks only), time to completion. seconds_fluid: the solver's own part. */
 int phase_log(const phase *phase, char *line, size_t size, double time, double end_time,
               double courant, double seconds_fluid, double seconds_elapsed, double start_time);
 /* Table of where the time went in all steps, s and per cent: DEM, map, exchange, drag (forces), the

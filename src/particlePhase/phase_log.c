@@ -26,16 +26,19 @@ int phase_log(const phase *ph, char *line, size_t size, double time, double end_
               double courant, double seconds_fluid, double seconds_elapsed, double start_time)
 {
     const phase_report r = phase_last_report(ph);
-    char left[32];
+    char left[32], exchange[32] = "";
+    int ranks;
     clock_text(seconds_elapsed * (end_time - time) / (time - start_time), left, sizeof left);
+    MPI_Comm_size(ph->comm, &ranks);
+    if (ranks > 1) snprintf(exchange, sizeof exchange, "exchange %.1f ", 1e3 * r.seconds_exchange);
     return snprintf(line, size,
                     "Time = %-9.6g s  eps %.3f..%.3f  Co %-5.3g  contacts %-7lld  overlap %5.2f%%  "
-                    "K dt/rho %-8.3g  ledger %.0e  [dem %.1f map %.1f drag %.1f fluid %.1f ms]  "
+                    "K dt/rho %-8.3g  ledger %.0e  [dem %.1f map %.1f %sdrag %.1f fluid %.1f ms]  "
                     "left %s",
                     time, r.map.eps_min, r.map.eps_max, courant,
                     (long long)(r.dem.contacts + r.dem.wall_contacts), 100 * r.dem.overlap,
                     r.stiffness, r.ledger_residual, 1e3 * r.seconds_dem, 1e3 * r.seconds_map,
-                    1e3 * r.seconds_drag, 1e3 * seconds_fluid, left);
+                    exchange, 1e3 * r.seconds_drag, 1e3 * seconds_fluid, left);
 }
 
 int phase_shares(const phase *ph, char *text, size_t size, double seconds_fluid, double seconds_all)

@@ -206,7 +206,7 @@ def cpu(path):
 
 def shares(path):
     """Mean of the parts of a step, ms, from our line of the log."""
-    pattern = r"\[dem ([\d.]+) map ([\d.]+) drag ([\d.]+) fluid ([\d.]+) ms\]"
+    pattern = r"\[dem ([\d.]+) map ([\d.]+) (?:exchange [\d.]+ )?drag ([\d.]+) fluid ([\d.]+) ms\]"
     rows = [[float(x) for x in r] for r in re.findall(pattern, open(path).read())][-steps:]
     return [sum(c) / len(rows) for c in zip(*rows)]
 

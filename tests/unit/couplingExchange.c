@@ -331,6 +331,200 @@ static void packing_limit(void **unused)
     cloud_free(&heap);
 }
 
+/* ---- traffic --------------------------------------------------------------------------------- */
+
+static const int open_sides[3] = {0, 0, 0};
+
+/* Particles that are with their cells borrow the layer beyond the border, if they stick out. */
+static void borrows_at_borders_only(void **unused)
+{
+    (void)unused;
+    cloud all = all_particles(1723, 1), mine = cloud_new(all.n);
+    divided *d = divide(SLABS_Z, 0, open_sides);
+    mine.n = 0;
+    for (size_t p = 0; p < all.n; p++) {
+        int cell;
+        d->whole.locate(d->whole.context, 1, (const double(*)[3]) & all.x[p], &cell);
+        if (d->place[cell] < 0) continue;
+        memcpy(mine.x[mine.n], all.x[p], sizeof *mine.x);
+        mine.radius[mine.n] = all.radius[p];
+        mine.V[mine.n++] = all.V[p];
+    }
+    for (int model = CPL_CENTRE; model <= CPL_DIVIDED_CUBE; model++) {
+        cpl_map *map;
+        CHECK(cpl_map_new_ranks(MPI_COMM_WORLD, &d->part, (cpl_map_model)model, .9, &map));
+        CHECK(build(map, &mine));
+        const size_t layer = (size_t)(cells[0] * cells[1]), borders = (size_t)(ranks - 1);
+        const size_t borrowed = cpl_map_last_report(map).borrowed;
+        if (model == CPL_CENTRE || ranks == 1)
+            assert_int_equal(borrowed, 0);
+        else
+            assert_in_range(borrowed, borders * layer, 2 * borders * layer);
+        cpl_map_free(map);
+    }
+    free_divided(d);
+    cloud_free(&mine);
+    cloud_free(&all);
+}
+
+/* A swarm drifts through a long channel: cells that it has left are given back, and it is mapped as
+ * on one rank all the way. */
+static void gives_back(void **unused)
+{
+    (void)unused;
+    enum { LONG = 400, WIDE = 4, SWARM = 60, BUILDS = 700 };
+    static const int channel[3] = {WIDE, WIDE, LONG}, periodic[3] = {0, 0, 1};
+    static const double zero[3] = {0, 0, 0}, h[3] = {.002, .002, .002};
+    static int64_t id[WIDE * WIDE * LONG];
+    size_t n = 0, most = 0;
+    for (int64_t c = 0; c < WIDE * WIDE * LONG; c++)
+        if (c * 31 % 7 % ranks == rank) id[n++] = c;
+    cpl_mesh part, whole;
+    cpl_map *map, *one;
+    CHECK(cpl_mesh_box_part(&part, channel, zero, h, periodic, n, id));
+    CHECK(cpl_mesh_box(&whole, channel, zero, h, periodic));
+    CHECK(cpl_map_new_ranks(MPI_COMM_WORLD, &part, CPL_DIVIDED_CUBE, .9, &map));
+    CHECK(cpl_map_new(&whole, CPL_DIVIDED_CUBE, .9, &one));
+    static double x[SWARM][3], radius[SWARM], V[SWARM], eps[WIDE * WIDE * LONG];
+    static double eps1[WIDE * WIDE * LONG];
+    for (int b = 0; b < BUILDS; b++) {
+        uint64_t state = 7;
+        for (int p = 0; p < SWARM; p++) {
+            for (int a = 0; a < 3; a++) x[p][a] = .0005 + .007 * uniform(&state);
+            x[p][2] += 1.1e-3 * b;
+            radius[p] = 4e-4;
+            V[p] = 2.68e-10;
+        }
+        /* now one rank has the swarm, now another */
+        const size_t here = b / 50 % ranks == rank ? SWARM : 0;
+        CHECK(cpl_map_build(map, here, (const double(*)[3])x, radius, V));
+        if (cpl_map_last_report(map).borrowed > most) most = cpl_map_last_report(map).borrowed;
+        if (b % 20) continue;
+        CHECK(cpl_map_build(one, SWARM, (const double(*)[3])x, radius, V));
+        cpl_voidage(map, eps);
+        cpl_voidage(one, eps1);
+        for (size_t i = 0; i < n; i++) compare(eps[i], eps1[id[i]], 1);
+    }
+    if (rank == 0) print_message("%zu cells borrowed at most, of %zu\n", most, whole.n);
+    assert_true(ranks == 1 || (most > 100 && most < 1200));
+    cpl_map_free(map);
+    cpl_map_free(one);
+    cpl_mesh_free(&part);
+    cpl_mesh_free(&whole);
+}
+
+/* ---- errors ---------------------------------------------------------------------------------- */
+
+/* The text is the same on all ranks and has these words. */
+static void expect_text(const char *text, const char *words)
+{
+    char first[512] = "";
+    snprintf(first, sizeof first, "%s", text);
+    MPI_Bcast(first, sizeof first, MPI_CHAR, 0, MPI_COMM_WORLD);
+    assert_string_equal(first, text);
+    if (!strstr(text, words)) fail_msg("'%s' is not in '%s'", words, text);
+}
+
+static void one_bad_particle(int general, cpl_map_model model)
+{
+    cloud all = all_particles(311, 1);
+    divided *d = divide(CHECKERBOARD, general, open_sides);
+    cpl_map *map, *one;
+    CHECK(cpl_map_new_ranks(MPI_COMM_WORLD, &d->part, model, .9, &map));
+    CHECK(cpl_map_new(&d->whole, model, .9, &one));
+    CHECK(build(one, &all));
+    const int last = rank == ranks - 1;
+    char words[64];
+    snprintf(words, sizeof words, "row 3 of rank %d", ranks - 1);
+    for (int bad = 0; bad < 2; bad++) {
+        cloud mine = own_particles(&all, 0);
+        if (last) mine.x[3][1] = bad ? NAN : origin[1] - 1e-5;
+        assert_int_equal(build(map, &mine), CPL_OUTSIDE);
+        expect_text(cpl_map_message(map), words);
+        cloud_free(&mine);
+    }
+    cloud mine = own_particles(&all, 0);
+    if (rank == 0) mine.radius[2] = 0;
+    assert_int_equal(build(map, &mine), CPL_BAD_ARGUMENT);
+    expect_text(cpl_map_message(map), "row 2 has radius 0");
+    mine.radius[2] = 1e-3;
+    cloud_free(&mine);
+    mine = own_particles(&all, 1); /* nothing is left of the errors */
+    CHECK(build(map, &mine));
+    compare_maps(d, map, &mine, one, &all);
+    cloud_free(&mine);
+    cpl_map_free(map);
+    cpl_map_free(one);
+    free_divided(d);
+    cloud_free(&all);
+}
+
+static void bad_particles(void **unused)
+{
+    (void)unused;
+    one_bad_particle(0, CPL_DIVIDED_CUBE);
+    one_bad_particle(0, CPL_CENTRE);
+    one_bad_particle(1, CPL_DIVIDED_CUBE);
+    one_bad_particle(1, CPL_CENTRE);
+}
+
+/* More solid than all cells can hold, and than a corner cut off from the rest can. */
+static void no_room(void **unused)
+{
+    (void)unused;
+    cloud all = all_particles(1723, 1), mine = own_particles(&all, 0);
+    divided *d = divide(SLABS_X, 0, open_sides);
+    cpl_map *map;
+    CHECK(cpl_map_new_ranks(MPI_COMM_WORLD, &d->part, CPL_DIVIDED_CUBE, .05, &map));
+    assert_int_equal(build(map, &mine), CPL_FULL);
+    expect_text(cpl_map_message(map), "packing limit 0.05");
+    cpl_map_free(map);
+    free_divided(d);
+
+    d = divide(SCATTERED, 1, open_sides);
+    for (size_t i = 0; i < d->n; i++) /* no way out of the lowest layer */
+        for (size_t k = d->offset[i]; k < d->offset[i + 1]; k++) {
+            const int layer = cells[0] * cells[1];
+            if ((d->id[i] < layer) != (d->link[k] < layer)) d->link[k] = d->id[i];
+        }
+    for (size_t p = 0; p < mine.n; p++) mine.x[p][2] = origin[2] + .5 * spacing[2];
+    CHECK(cpl_map_new_ranks(MPI_COMM_WORLD, &d->part, CPL_CENTRE, .3, &map));
+    assert_int_equal(build(map, &mine), CPL_FULL);
+    expect_text(cpl_map_message(map), "no cell connected with it has room left");
+    cpl_map_free(map);
+    free_divided(d);
+    cloud_free(&mine);
+    cloud_free(&all);
+}
+
+static void bad_parts(void **unused)
+{
+    (void)unused;
+    cpl_map *map;
+    divided *d = divide(ALL_ON_LAST, 1, open_sides);
+    const int last = rank == ranks - 1;
+    const int64_t id = d->id[7], link = d->link[11];
+
+    if (last) d->id[7] = d->id[8];
+    assert_int_equal(cpl_map_new_ranks(MPI_COMM_WORLD, &d->part, CPL_DIVIDED_CUBE, .9, &map),
+                     CPL_BAD_ARGUMENT);
+    expect_text(cpl_map_message(map), "the cell with id");
+    cpl_map_free(map);
+
+    if (last) d->id[7] = id, d->link[11] = CELLS;
+    assert_int_equal(cpl_map_new_ranks(MPI_COMM_WORLD, &d->part, CPL_DIVIDED_CUBE, .9, &map),
+                     CPL_BAD_ARGUMENT);
+    expect_text(cpl_map_message(map), "has the id 315, the mesh has 315 cells");
+    cpl_map_free(map);
+
+    if (last) d->link[11] = link;
+    assert_int_equal(cpl_map_new_ranks(MPI_COMM_WORLD, &d->part, CPL_DIVIDED_CUBE, 1.2, &map),
+                     CPL_BAD_ARGUMENT);
+    expect_text(cpl_map_message(map), "packing limit between 0 and 1");
+    cpl_map_free(map);
+    free_divided(d);
+}
+
 int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
@@ -339,6 +533,11 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_as_one_rank),
         cmocka_unit_test(packing_limit),
+        cmocka_unit_test(borrows_at_borders_only),
+        cmocka_unit_test(gives_back),
+        cmocka_unit_test(bad_particles),
+        cmocka_unit_test(no_room),
+        cmocka_unit_test(bad_parts),
     };
     const int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
