@@ -176,7 +176,7 @@ void balance_summed(dem_sim *sim)
         memcpy(before, p->pos[i], 3 * sizeof *before);
         memcpy(before + 3, p->vel[i], 3 * sizeof *before);
         memcpy(before + 6, p->vel[i] + 4, 3 * sizeof *before);
-        memcpy(before + 9, p->gain[i], 3 * sizeof *before);
+        memcpy(before + 9, p->impulse[i], 3 * sizeof *before);
     }
 }
 
@@ -197,7 +197,7 @@ void balance_moved(dem_sim *sim, double dt)
         double gain[3];
         for (int a = 0; a < 3; a++) {
             double v = .5 * (before[3 + a] + now[a]), w = .5 * (before[6 + a] + now[4 + a]);
-            gain[a] = p->gain[i][a] - before[9 + a];
+            gain[a] = p->impulse[i][a] - before[9 + a];
             b->gravity += dt * p->mass[i] * sim->gravity[a] * v;
             b->outside += gain[a] * v;
             b->damping -= dt * (b->damped[i][a] * v + b->damped[i][3 + a] * w);

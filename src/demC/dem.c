@@ -422,7 +422,7 @@ static void clear_sums(dem_sim *sim)
     r->fed_mass = r->removed_mass = 0;
     particles_clear_removed(p);
     r->seconds_force = r->seconds_neighbour = r->seconds_exchange = r->seconds_other = 0;
-    if (p->n) memset(p->gain, 0, p->n * sizeof *p->gain);
+    if (p->n) memset(p->impulse, 0, p->n * sizeof *p->impulse);
     walls_clear_loads(&sim->walls);
     balance_clear(sim);
 }

@@ -34,7 +34,7 @@ ALWAYS void move(motion *m, particles *p, int outside)
             for (int a = 0; a < 3; a++) {
                 double push = p->force[i][a] + mass * g[a], old = p->vel[i][a];
                 double now = per * (heavy * old + dt * (push + o[a] + o[3] * o[4 + a]));
-                p->gain[i][a] += mass * (now - old) - dt * push;
+                p->impulse[i][a] += mass * (now - old) - dt * push;
                 new[a] = now;
             }
         }

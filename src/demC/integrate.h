@@ -16,7 +16,7 @@ typedef struct motion {
     int finite;     /* out: zero if some velocity is not finite */
 } motion;
 
-/* Moves the particles, adds to p->gain and zeroes p->force for the next sum. */
+/* Moves the particles, adds to p->impulse and zeroes p->force for the next sum. */
 void integrate(motion *m, particles *p);
 
 #endif

@@ -2,9 +2,11 @@
 /**
  * particles.c - the store of particles: add, remove, grow, sort, attached columns.
  *
- * Arrays are aligned to 64 bytes and grow by half. Sorting gathers each field through a scratch
- * array; it happens only when the neighbour list is rebuilt. Forces are zero then, and what is
- * published is made anew at the end of dem_advance: they stay where they are.
+ * Arrays are aligned to 64 bytes and grow by half, large ones by an eighth. Memory is first touched
+ * where particles are, so that room to spare costs addresses only. Sorting gathers each field
+ * through the array of forces, in slices that fit its width; it happens only when the neighbour
+ * list is rebuilt, when forces are zero. What is published is made anew at the end of dem_advance:
+ * it stays where it is.
  */
 #include "particles.h"
 
@@ -13,18 +15,17 @@
 #include <string.h>
 
 #define ALIGNMENT 64
+#define SLICE     sizeof(double[8]) /* of a row: no wider than the force */
 
 static void **address(field *f)
 {
     return f->slot ? f->slot : &f->data;
 }
 
-static void *aligned_zero(size_t size)
+static void *aligned(size_t size)
 {
     void *data = NULL;
-    if (posix_memalign(&data, ALIGNMENT, size ? size : ALIGNMENT)) return NULL;
-    memset(data, 0, size);
-    return data;
+    return posix_memalign(&data, ALIGNMENT, size ? size : ALIGNMENT) ? NULL : data;
 }
 
 static int enter(particles *p, void **slot, size_t size, const char *name)
@@ -37,8 +38,9 @@ static int enter(particles *p, void **slot, size_t size, const char *name)
     f->slot = slot;
     f->size = size;
     strncpy(f->name, name, DEM_NAME - 1);
-    void *data = aligned_zero(p->capacity * size);
+    void *data = aligned(p->capacity * size);
     if (!data) return -1;
+    memset(data, 0, p->n * size);
     *address(f) = data;
     return (int)p->n_field++;
 }
@@ -54,8 +56,6 @@ dem_status particles_init(particles *p)
     } table[] = {{(void **)&p->pos, sizeof *p->pos, "pos", 0, 1},
                  {(void **)&p->vel, sizeof *p->vel, "vel", 0, 1},
                  {(void **)&p->force, sizeof *p->force, "force", 1, 1},
-                 {(void **)&p->outside, sizeof *p->outside, "outside", 0, 0},
-                 {(void **)&p->gain, sizeof *p->gain, "gain", 0, 0},
                  {(void **)&p->built, sizeof *p->built, "built", 1, 0},
                  {(void **)&p->id, sizeof *p->id, "id", 0, 1},
                  {(void **)&p->radius, sizeof *p->radius, "radius", 0, 0},
@@ -65,7 +65,7 @@ dem_status particles_init(particles *p)
                  {(void **)&p->v, sizeof *p->v, "v", 1, 0},
                  {(void **)&p->omega, sizeof *p->omega, "omega", 1, 0},
                  {(void **)&p->last, sizeof *p->last, "last", 0, 0},
-                 {(void **)&p->impulse, sizeof *p->impulse, "impulse", 1, 0}};
+                 {(void **)&p->impulse, sizeof *p->impulse, "impulse", 0, 0}};
     for (size_t f = 0; f < sizeof table / sizeof *table; f++) {
         if (enter(p, table[f].slot, table[f].size, table[f].name) < 0) return DEM_NO_MEMORY;
         p->field[f].stays = table[f].stays;
@@ -82,17 +82,17 @@ void particles_free(particles *p)
         free(p->field[f].removed);
     }
     free(p->field);
-    free(p->scratch);
     memset(p, 0, sizeof *p);
 }
 
 dem_status particles_reserve(particles *p, size_t capacity)
 {
     if (capacity <= p->capacity) return DEM_OK;
-    if (capacity < p->capacity + p->capacity / 2) capacity = p->capacity + p->capacity / 2;
+    const size_t more = p->capacity / (p->capacity < 100000 ? 2 : 8);
+    if (capacity < p->capacity + more) capacity = p->capacity + more;
     for (size_t f = 0; f < p->n_field; f++) {
         void **slot = address(&p->field[f]);
-        void *data = aligned_zero(capacity * p->field[f].size);
+        void *data = aligned(capacity * p->field[f].size);
         /* Fields already grown merely have room to spare. */
         if (!data) return DEM_NO_MEMORY;
         const size_t n = p->field[f].ghosts ? p->n + p->n_ghost : p->n;
@@ -104,44 +104,55 @@ dem_status particles_reserve(particles *p, size_t capacity)
     return DEM_OK;
 }
 
-static void gather(void *to, const void *from, const uint32_t *order, size_t n, size_t size)
+dem_status particles_open_outside(particles *p)
+{
+    if (p->outside) return DEM_OK;
+    if (enter(p, (void **)&p->outside, sizeof *p->outside, "outside") < 0) return DEM_NO_MEMORY;
+    /* In front of the columns, whose handles count from there. */
+    const field f = p->field[p->n_field - 1];
+    memmove(p->field + p->n_fixed + 1, p->field + p->n_fixed,
+            (p->n_field - 1 - p->n_fixed) * sizeof f);
+    p->field[p->n_fixed++] = f;
+    return DEM_OK;
+}
+
+/* `wide` bytes of n rows of the size `size`, in the new order. */
+static inline __attribute__((always_inline)) void
+gather(char *to, const char *from, const uint32_t *order, size_t n, size_t size, size_t wide)
+{
+    for (size_t i = 0; i < n; i++) memcpy(to + wide * i, from + size * order[i], wide);
+}
+
+static void permute(char *data, char *room, const uint32_t *order, size_t n, size_t size)
 {
     /* The common sizes get a loop of their own, so that the copy is a few moves. */
     if (size == 8)
-        for (size_t i = 0; i < n; i++)
-            memcpy((char *)to + 8 * i, (const char *)from + 8 * (size_t)order[i], 8);
+        gather(room, data, order, n, 8, 8);
+    else if (size == 24)
+        gather(room, data, order, n, 24, 24);
     else if (size == 32)
-        for (size_t i = 0; i < n; i++)
-            memcpy((char *)to + 32 * i, (const char *)from + 32 * (size_t)order[i], 32);
+        gather(room, data, order, n, 32, 32);
     else if (size == 64)
-        for (size_t i = 0; i < n; i++)
-            memcpy((char *)to + 64 * i, (const char *)from + 64 * (size_t)order[i], 64);
-    else
-        for (size_t i = 0; i < n; i++)
-            memcpy((char *)to + size * i, (const char *)from + size * (size_t)order[i], size);
+        gather(room, data, order, n, 64, 64);
+    if (size == 8 || size == 24 || size == 32 || size == 64) {
+        memcpy(data, room, n * size);
+        return;
+    }
+    for (size_t at = 0; at < size; at += SLICE) {
+        const size_t wide = size - at < SLICE ? size - at : SLICE;
+        gather(room, data + at, order, n, size, wide);
+        for (size_t i = 0; i < n; i++) memcpy(data + at + size * i, room + wide * i, wide);
+    }
 }
 
 dem_status particles_permute(particles *p, const uint32_t *order)
 {
-    size_t widest = 0;
-    for (size_t f = 0; f < p->n_field; f++)
-        if (p->field[f].size > widest) widest = p->field[f].size;
-    if (p->scratch_size < p->capacity * widest) {
-        free(p->scratch);
-        p->scratch_size = p->capacity * widest;
-        p->scratch = malloc(p->scratch_size);
-        if (!p->scratch) {
-            p->scratch_size = 0;
-            return DEM_NO_MEMORY;
-        }
-    }
-    for (size_t f = 0; f < p->n_field; f++) {
-        void *data = *address(&p->field[f]);
-        const size_t size = p->field[f].size, n = p->field[f].ghosts ? p->n + p->n_ghost : p->n;
-        if (p->field[f].stays) continue;
-        gather(p->scratch, data, order, n, size);
-        memcpy(data, p->scratch, n * size);
-    }
+    const size_t all = p->n + p->n_ghost;
+    for (const field *f = p->field; f < p->field + p->n_field; f++)
+        if (!f->stays)
+            permute(f->slot ? *f->slot : f->data, (char *)p->force, order, f->ghosts ? all : p->n,
+                    f->size);
+    if (all) memset(p->force, 0, all * sizeof *p->force);
     p->revision++;
     return DEM_OK;
 }
@@ -234,6 +245,5 @@ void particles_publish(particles *p, const double lo[3], const double hi[3], con
             p->x[i][a] = x;
             p->v[i][a] = p->vel[i][a];
             p->omega[i][a] = p->vel[i][4 + a];
-            p->impulse[i][a] = p->gain[i][a];
         }
 }

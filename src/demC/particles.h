@@ -6,11 +6,11 @@
  * at most per particle and purpose; a fourth number fills what three vector components leave free:
  *
  *     pos   x y z r                    vel   vx vy vz 1/m   wx wy wz 1/I      I = 2/5 m r^2
- *     force Fx Fy Fz 0  Tx Ty Tz 0     outside fx fy fz k   wx wy wz M        gain Jx Jy Jz 0
+ *     force Fx Fy Fz 0  Tx Ty Tz 0     outside fx fy fz k   wx wy wz M
  *
  * The arrays of dem_view are copies, brought up to date by particles_publish() when the engine
  * returns to its caller. Every array is entered in a table of fields, so that growing and sorting
- * are one loop each.
+ * are one loop each. While particles are sorted the forces, which are zero then, lend their room.
  */
 #ifndef DEM_PARTICLES_H
 #define DEM_PARTICLES_H
@@ -40,25 +40,25 @@ typedef struct particles {
     double (*pos)[4];
     double (*vel)[8];
     double (*force)[8];
-    double (*outside)[8];
-    double (*gain)[4];
-    double (*built)[4]; /* pos when the neighbour list was built */
+    double (*outside)[8]; /* NULL until there is an outside force */
+    double (*built)[4];   /* pos when the neighbour list was built */
 
     int64_t *id;
     double *radius, *mass;
     int *material;
 
-    double (*x)[3], (*v)[3], (*omega)[3], (*last)[3], (*impulse)[3]; /* published */
+    double (*x)[3], (*v)[3], (*omega)[3], (*last)[3]; /* published */
+    double (*impulse)[3];                             /* likewise, and summed in the steps before */
 
     field *field;
     size_t n_field, n_fixed; /* fields beyond n_fixed are attached columns */
-    void *scratch;           /* capacity * widest field, for sorting */
-    size_t scratch_size;
 } particles;
 
 dem_status particles_init(particles *p);
 void particles_free(particles *p);
 dem_status particles_reserve(particles *p, size_t capacity);
+/* Make the field `outside`, with zeros, if it is not there. */
+dem_status particles_open_outside(particles *p);
 /* Put at the place i what was at the place order[i], in every field that does not stay; order has
  * the ghosts behind. */
 dem_status particles_permute(particles *p, const uint32_t *order);
@@ -75,7 +75,7 @@ void particles_push_ghosts(particles *p, size_t n);
 /* Append one particle; there must be room, and no ghosts. */
 void particles_append(particles *p, const double x[3], const double v[3], const double omega[3],
                       double radius, double mass, int material, int64_t id);
-/* Copy x (wrapped into the periodic directions), v, omega, impulse for dem_view. */
+/* Copy x (wrapped into the periodic directions), v, omega for dem_view. */
 void particles_publish(particles *p, const double lo[3], const double hi[3], const int periodic[3]);
 
 #endif

@@ -196,7 +196,7 @@ static void book_leaving(dem_sim *sim, size_t i)
     r->removed_mass += p->mass[i];
     for (int a = 0; a < 3; a++) {
         r->removed_momentum[a] += p->mass[i] * p->vel[i][a];
-        r->removed_impulse[a] += p->gain[i][a];
+        r->removed_impulse[a] += p->impulse[i][a];
     }
     particles_count_removed(p, i);
     balance_supply(sim, i, -1);
@@ -266,6 +266,7 @@ dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const doubl
     const int given = sim->outside;
     sim->outside = outside != 0;
     dem_status status = DEM_OK;
+    if (outside && particles_open_outside(p)) status = no_memory(sim);
     for (size_t i = 0; i < p->n && given && !status; i++) {
         double *o = p->outside[i];
         for (int a = 0; a < 3; a++) {

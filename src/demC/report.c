@@ -26,7 +26,7 @@ void report_sums(dem_sim *sim)
         mass += p->mass[i];
         for (int a = 0; a < 3; a++) {
             momentum[a] += p->mass[i] * v[a];
-            gain[a] += p->gain[i][a];
+            gain[a] += p->impulse[i][a];
         }
     }
     double sum[9] = {kinetic,     rotational, mass,    momentum[0], momentum[1],

@@ -28,7 +28,7 @@ static const column COLUMN[] = {
     {"particles/velocity", "m/s", STORE(vel), 8, 0, 3},
     {"particles/angularVelocity", "rad/s", STORE(vel), 8, 4, 3},
     {"particles/force", "N", STORE(last), 3, 0, 3},
-    {"particles/impulse", "N s", STORE(gain), 4, 0, 3},
+    {"particles/impulse", "N s", STORE(impulse), 3, 0, 3},
 };
 static const column MASS = {"particles/mass", "kg", STORE(mass), 1, 0, 1};
 static const column RADIUS = {"particles/radius", "m", STORE(radius), 1, 0, 1};
@@ -168,7 +168,11 @@ void restart_load_particles(restart_job *job)
     for (size_t c = 0; c < LENGTH(COLUMN); c++) load_column(job, &COLUMN[c], 1);
     size_t one = 1;
     const int64_t *outside = restart_get(f, "state/outside", RESTART_WHOLE, 1, &one);
-    if (outside && *outside) load_column(job, &OUTSIDE, 1);
+    if (!outside || !*outside) return;
+    if (particles_open_outside(&job->sim->particles))
+        restart_refuse(job->file, "out of memory with %zu particles", job->n);
+    else
+        load_column(job, &OUTSIDE, 1);
 }
 
 /* ---- attached columns, numbers of the caller ------------------------------------------------- */
