@@ -17,7 +17,8 @@
  *
  * On any number of ranks. Particles are in the order of their ids, contacts in that of the pair of
  * ids with the springs turned to act on the lower one, wall contacts by id and the name of the
- * wall: nothing refers to a place in memory.
+ * wall: nothing refers to a place in memory, nor to a rank. Every rank writes and reads an even
+ * share (restart_rows.c).
  *
  *     /state    SCALAR                         /particles, /columns   COLUMN, attached columns
  *     /model    law, rolling, periodic, domain /contacts, /wallContacts, /walls   histories
@@ -91,29 +92,29 @@ void *restart_room(restart_job *job, size_t bytes)
 void restart_put_here(restart_job *job, const char *set, restart_kind kind, size_t n, int width,
                       const void *data, const char *units)
 {
-    restart_put(job->file, set, kind, h5file_rows(&job->file->f, n), width, data, units);
+    const h5rows rows = {job->sim->rank == 0 ? n : 0, 0, n}; /* the first rank writes it */
+    restart_put(job->file, set, kind, rows, width, data, units);
 }
 
 void restart_put_records(restart_job *job, const restart_record *table, size_t n_table,
                          const void *base, size_t stride, size_t n)
 {
-    double *real = malloc((n + 1) * sizeof *real);
-    int64_t *whole = malloc((n + 1) * sizeof *whole);
-    for (size_t t = 0; t < n_table && real && whole; t++) {
+    /* Eight bytes each, of either kind. */
+    int64_t *value = malloc((n + 1) * sizeof *value);
+    if (!value) restart_no_memory(job);
+    for (size_t t = 0; t < n_table; t++) {
         const restart_record *r = &table[t];
-        for (size_t k = 0; k < n; k++) {
+        for (size_t k = 0; k < n && value; k++) {
             const char *member = (const char *)base + k * stride + r->at;
-            if (r->type == RECORD_REAL) memcpy(&real[k], member, sizeof *real);
-            if (r->type == RECORD_INT64) memcpy(&whole[k], member, sizeof *whole);
-            if (r->type == RECORD_INT) whole[k] = *(const int *)(const void *)member;
+            if (r->type == RECORD_INT)
+                value[k] = *(const int *)(const void *)member;
+            else
+                memcpy(&value[k], member, sizeof *value);
         }
-        const int is_real = r->type == RECORD_REAL;
-        restart_put_here(job, r->set, is_real ? RESTART_REAL : RESTART_WHOLE, n, 1,
-                         is_real ? (void *)real : (void *)whole, r->units);
+        restart_put_here(job, r->set, r->type == RECORD_REAL ? RESTART_REAL : RESTART_WHOLE, n, 1,
+                         value, r->units);
     }
-    if (!real || !whole) h5file_fail(&job->file->f, "write", "out of memory");
-    free(real);
-    free(whole);
+    free(value);
 }
 
 void restart_get_records(restart_job *job, const restart_record *table, size_t n_table, void *base,
@@ -152,17 +153,17 @@ size_t *restart_match(restart_job *job, const char *set, size_t n, const char *n
     return place;
 }
 
-size_t restart_find(const restart_job *job, int64_t id)
+size_t restart_find(const int64_t *all, size_t n, int64_t id)
 {
-    size_t low = 0, high = job->n;
+    size_t low = 0, high = n;
     while (low < high) {
         const size_t middle = low + (high - low) / 2;
-        if (job->id[middle] < id)
+        if (all[middle] < id)
             low = middle + 1;
         else
             high = middle;
     }
-    return low < job->n && job->id[low] == id ? low : job->n;
+    return low < n && all[low] == id ? low : n;
 }
 
 /* ---- what must agree ------------------------------------------------------------------------- */
@@ -246,37 +247,12 @@ static void load_model(restart_job *job)
 
 /* ---- numbers of the caller ------------------------------------------------------------------- */
 
-static void save_kept(restart_job *job)
-{
-    for (const kept_numbers *k = job->sim->kept; k < job->sim->kept + job->sim->n_kept; k++) {
-        char set[2 * DEM_NAME];
-        snprintf(set, sizeof set, "kept/%s", k->name);
-        restart_put_here(job, set, RESTART_REAL, k->n, 1, k->value, "SI");
-    }
-}
-
-static void load_kept(restart_job *job)
-{
-    size_t n;
-    char(*name)[DEM_NAME];
-    int *width;
-    restart_list(job->file, "kept", &n, &name, &width);
-    for (size_t k = 0; k < n; k++) {
-        char set[2 * DEM_NAME];
-        size_t rows = RESTART_ANY;
-        snprintf(set, sizeof set, "kept/%s", name[k]);
-        const double *value = restart_get(job->file, set, RESTART_REAL, 1, &rows);
-        if (value && dem_keep(job->sim, name[k], rows, value))
-            restart_refuse(job->file, "out of memory");
-    }
-}
-
 static int kept_by_name(const void *a, const void *b)
 {
     return strcmp(((const kept_numbers *)a)->name, ((const kept_numbers *)b)->name);
 }
 
-dem_status dem_keep(dem_sim *sim, const char *name, size_t n, const double *value)
+static dem_status keep_here(dem_sim *sim, const char *name, size_t n, const double *value)
 {
     if (!name[0] || strlen(name) >= DEM_NAME || strchr(name, '/'))
         return fail(sim, DEM_BAD_ARGUMENT, "'%s' is no name for numbers to keep", name);
@@ -301,6 +277,11 @@ dem_status dem_keep(dem_sim *sim, const char *name, size_t n, const double *valu
     return DEM_OK;
 }
 
+dem_status dem_keep(dem_sim *sim, const char *name, size_t n, const double *value)
+{
+    return agree(sim, keep_here(sim, name, n, value));
+}
+
 size_t dem_kept(const dem_sim *sim, const char *name, size_t n, double *value)
 {
     for (size_t k = 0; k < sim->n_kept; k++)
@@ -310,6 +291,31 @@ size_t dem_kept(const dem_sim *sim, const char *name, size_t n, double *value)
             return sim->kept[k].n;
         }
     return 0;
+}
+
+static void save_kept(restart_job *job)
+{
+    for (const kept_numbers *k = job->sim->kept; k < job->sim->kept + job->sim->n_kept; k++) {
+        char set[2 * DEM_NAME];
+        snprintf(set, sizeof set, "kept/%s", k->name);
+        restart_put_here(job, set, RESTART_REAL, k->n, 1, k->value, "SI");
+    }
+}
+
+static void load_kept(restart_job *job)
+{
+    size_t n;
+    char(*name)[DEM_NAME];
+    int *width;
+    restart_list(job->file, "kept", &n, &name, &width);
+    for (size_t k = 0; k < n; k++) {
+        char set[2 * DEM_NAME];
+        size_t rows = RESTART_ANY;
+        snprintf(set, sizeof set, "kept/%s", name[k]);
+        const double *value = restart_get(job->file, set, RESTART_REAL, 1, &rows);
+        if (value && keep_here(job->sim, name[k], rows, value))
+            restart_refuse(job->file, "out of memory");
+    }
 }
 
 /* ---- the whole ------------------------------------------------------------------------------- */
@@ -336,47 +342,45 @@ static const part PART[] = {
     {save_kept, load_kept},
 };
 
-typedef struct by_id {
-    int64_t id;
-    uint32_t row;
-} by_id;
-
-static int compare_ids(const void *a, const void *b)
+/* No less than the file will take: numbers of a particle and of contacts, and the small datasets,
+ * each with some 600 bytes of description. */
+static size_t bytes_of(dem_sim *sim)
 {
-    const int64_t x = ((const by_id *)a)->id, y = ((const by_id *)b)->id;
-    return (x > y) - (x < y);
-}
-
-/* The rows of the store in the order of ids, or NULL. */
-static uint32_t *order_by_id(const particles *p)
-{
-    by_id *all = malloc((p->n + 1) * sizeof *all);
-    uint32_t *row = malloc((p->n + 1) * sizeof *row);
-    for (size_t i = 0; i < p->n && all; i++) all[i] = (by_id){p->id[i], (uint32_t)i};
-    if (all && p->n) qsort(all, p->n, sizeof *all, compare_ids);
-    for (size_t i = 0; i < p->n && all && row; i++) row[i] = all[i].row;
-    if (!all) {
-        free(row);
-        row = NULL;
-    }
-    free(all);
-    return row;
+    const particles *p = &sim->particles;
+    const walls *w = &sim->walls;
+    size_t sets = LENGTH(SCALAR) + 80 + sim->n_kept, row = 30 * 8;
+    for (size_t f = p->n_fixed; f < p->n_field; f++, sets++) row += p->field[f].size;
+    size_t here = p->n * row + sim->contacts.n * 10 * 8 + w->n_entry * 11 * 8;
+    sum_counts(sim, (int64_t *)&here, 1);
+    here += (size_t)sim->n_material * (DEM_NAME + 8) + w->n * (DEM_NAME + 7 * 8);
+    const feeders *f = &sim->feeders;
+    if (f->n) here += f->n * (DEM_NAME + 32 * 8 + gsl_rng_size(f->feeder[0].rng));
+    here += sim->outlets.n * (DEM_NAME + 8 * 8);
+    for (size_t k = 0; k < sim->n_kept; k++) here += sim->kept[k].n * sizeof(double);
+    return here + sets * 1024 + 65536;
 }
 
 dem_status dem_write_restart(dem_sim *sim, const char *directory, const char *name, int keep)
 {
     restart_file file;
-    restart_job job = {.sim = sim, .file = &file, .n = sim->particles.n};
-    /* Numbers of a particle, of about three contacts and of columns, and the small datasets. */
-    size_t bytes = 65536 + 1024 * (LENGTH(SCALAR) + sim->n_kept) + job.n * (29 * 8 + 3 * 10 * 8);
-    for (size_t f = sim->particles.n_fixed; f < sim->particles.n_field; f++)
-        bytes += job.n * sim->particles.field[f].size + 1024;
-    restart_create(&file, sim->comm, directory, name, bytes, sim->message, sizeof sim->message);
-    job.row = order_by_id(&sim->particles);
-    if (!job.row) h5file_fail(&file.f, "write", "out of memory");
-    for (size_t k = 0; k < LENGTH(PART) && !file.f.failed; k++) PART[k].save(&job);
+    restart_job job = {.sim = sim, .file = &file};
+    contacts *c = &sim->contacts;
+    /* Without a list that holds they are saved already. */
+    dem_status status = sim->list.valid && contacts_save(c, &sim->list) ? no_memory(sim) : DEM_OK;
+    status = agree(sim, status);
+    if (status) return status;
+    restart_create(&file, sim->comm, directory, name, bytes_of(sim), sim->message,
+                   sizeof sim->message);
+    if (h5file_agree(&file.f)) restart_plan_saving(&job);
+    int good = h5file_agree(&file.f);
+    for (size_t k = 0; k < LENGTH(PART) && good; k++) {
+        PART[k].save(&job);
+        good = h5file_agree(&file.f);
+    }
     free(job.row);
-    return restart_finish(&file, directory, sim->time, (int64_t)job.n, keep);
+    free(job.bound);
+    restart_route_free(&job.route);
+    return restart_finish(&file, directory, sim->time, (int64_t)job.slab.total, keep);
 }
 
 /* Everything is in its place: scalars, the list, and what is worked out from them. */
@@ -387,7 +391,7 @@ static dem_status settle(restart_job *job)
     dem_status status = check_range(sim, sim->largest_radius);
     if (status) return status;
     restart_get_records(job, SCALAR, LENGTH(SCALAR), sim, sizeof *sim, 1, NULL);
-    if (job->file->f.failed) return DEM_IO;
+    if (!h5file_agree(&job->file->f)) return DEM_IO;
     walls_move(&sim->walls, sim->time, 0);
     status = restart_list_again(job);
     if (status) return status;
@@ -404,24 +408,36 @@ static dem_status settle(restart_job *job)
     return check_inside(sim);
 }
 
+/* Part by part, as long as all ranks are well. */
+static dem_status load(restart_job *job)
+{
+    dem_sim *sim = job->sim;
+    h5file *f = &job->file->f;
+    size_t one = 1;
+    dem_status status = DEM_OK;
+    /* As finely as they were: forces depend on the samples. */
+    const double *sampled = restart_get(job->file, "walls/sampled", RESTART_REAL, 2, &one);
+    if (!h5file_agree(f)) return DEM_IO;
+    if (sampled[0] > 0) status = walls_sample_at(sim, sampled[0], sampled[1]);
+    for (size_t k = 0; k < LENGTH(PART) && !status; k++) {
+        if (PART[k].load) PART[k].load(job);
+        if (!h5file_agree(f)) return DEM_IO;
+    }
+    if (status) return status;
+    take_stock(sim);
+    status = settle(job);
+    return status ? status : h5file_agree(f) ? DEM_OK : DEM_IO;
+}
+
 dem_status restart_read(dem_sim *sim, const char *path)
 {
     restart_file file;
     restart_job job = {.sim = sim, .file = &file};
-    size_t one = 1;
     char note[sizeof sim->message]; /* what the making of walls had to say */
     memcpy(note, sim->message, sizeof note);
     dem_status status = restart_open(&file, sim->comm, path, sim->message, sizeof sim->message);
-    /* As finely as they were: forces depend on the samples. */
-    const double *sampled = restart_get(&file, "walls/sampled", RESTART_REAL, 2, &one);
-    if (sampled && sampled[0] > 0) status = walls_sample_at(sim, sampled[0], sampled[1]);
-    for (size_t k = 0; k < LENGTH(PART) && !status && !file.f.failed; k++)
-        if (PART[k].load) PART[k].load(&job);
-    if (!status && !file.f.failed) {
-        take_stock(sim);
-        status = settle(&job);
-    }
-    if (!status && file.f.failed) status = DEM_IO;
+    if (!status) status = load(&job);
+    restart_route_free(&job.route);
     restart_close(&file);
     if (!status && !sim->message[0]) memcpy(sim->message, note, sizeof note);
     return status;

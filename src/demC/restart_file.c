@@ -16,25 +16,28 @@
  * the file can change unseen, whatever HDF5 makes of it, and a file that was cut off, is of a newer
  * version or not of this kind at all is told apart before HDF5 looks at it.
  *
+ * The checksum is made and checked by reading the file back, each rank its part.
+ *
  * Complete or absent: the file is made under another name, synchronised with the disk, renamed,
  * and the directory synchronised, before an older one is deleted.
  */
 #include "restart_file.h"
+
+#include "comm.h"
 #include "crc64.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <inttypes.h>
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 enum { VERSION = 1, HEAD = 512 };
 
-static const char MAGIC[] = "felmiFoam restart\n";
+static const char MAGIC[] = RESTART_MAGIC;
 
 static hid_t memory_type(restart_kind kind)
 {
@@ -75,7 +78,8 @@ void restart_put(restart_file *r, const char *set, restart_kind kind, h5rows row
                  const void *data, const char *units)
 {
     h5file *f = &r->f;
-    if (f->file < 0) return;
+    if (rows.n > 0 && data == NULL) h5file_fail(f, set, "out of memory");
+    if (!h5file_agree(f)) return;
     char group[2 * DEM_NAME];
     snprintf(group, sizeof group, "%s", set);
     char *slash = strchr(group, '/');
@@ -102,94 +106,82 @@ static void make_head(const char *lines, size_t n, uint64_t checksum, char head[
     head[HEAD - 1] = '\n';
 }
 
-static void put_head(restart_file *r, double time, int64_t particles)
+/* The checksum of the bytes from..to-1 of a file: 0, -1 if it ends before, or an error. */
+static int sum_part(const char *path, uint64_t from, uint64_t to, uint64_t *sum)
 {
-    size_t size;
-    unsigned char *image = h5file_image(&r->f, &size);
-    if (image == NULL) return;
-    char lines[HEAD];
-    const int n = snprintf(lines, sizeof lines,
-                           "%sversion %d\ntime %.17g\nparticles %" PRId64 "\nlength %zu\n", MAGIC,
-                           VERSION, time, particles, size);
+    const size_t room = 1 << 20;
+    unsigned char *bytes = malloc(room);
+    FILE *file = fopen(path, "rb");
     crc64 c;
     crc64_begin(&c);
-    crc64_add(&c, lines, (size_t)n);
-    crc64_add(&c, image + HEAD, size - HEAD);
-    make_head(lines, (size_t)n, crc64_end(&c), (char *)image);
-}
-
-/* The number of a name "<number>.h5", NAN if it is none of that form. */
-static double number_of(const char *name)
-{
-    char text[64], *end;
-    const size_t length = strlen(name);
-    if (length < 4 || length >= sizeof text || strcmp(name + length - 3, ".h5") != 0) return NAN;
-    snprintf(text, sizeof text, "%.*s", (int)length - 3, name);
-    const double number = strtod(text, &end);
-    return *end == '\0' && isfinite(number) ? number : NAN;
-}
-
-static int later_first(const void *a, const void *b)
-{
-    const double x = number_of(*(char *const *)a), y = number_of(*(char *const *)b);
-    return (x < y) - (x > y);
-}
-
-/* Nothing is deleted that does not say what it is. */
-static int is_restart_file(const char *path)
-{
-    char begin[sizeof MAGIC - 1];
-    FILE *file = fopen(path, "rb");
-    if (file == NULL) return 0;
-    const size_t got = fread(begin, 1, sizeof begin, file);
-    fclose(file);
-    return got == sizeof begin && memcmp(begin, MAGIC, sizeof begin) == 0;
-}
-
-/* Names "<number>.h5" in the directory up to `last`, the latest first; remains of writing go. */
-static size_t find_files(const char *directory, double last, char ***names)
-{
-    size_t n = 0;
-    DIR *folder = opendir(directory);
-    for (struct dirent *e = folder ? readdir(folder) : NULL; e != NULL; e = readdir(folder)) {
-        char path[PATH_MAX];
-        const size_t length = strlen(e->d_name);
-        if (snprintf(path, sizeof path, "%s/%s", directory, e->d_name) >= (int)sizeof path)
-            continue;
-        if (e->d_name[0] == '.' && length > 8 && strcmp(e->d_name + length - 8, ".h5.part") == 0)
-            unlink(path);
-        if (!(number_of(e->d_name) <= last) || !is_restart_file(path)) continue;
-        char **more = realloc(*names, (n + 1) * sizeof *more);
-        if (more == NULL) break;
-        *names = more;
-        more[n] = strdup(e->d_name);
-        if (more[n] == NULL) break;
-        n++;
+    int error = 0;
+    if (bytes == NULL || file == NULL || fseeko(file, (off_t)from, SEEK_SET) != 0)
+        error = bytes ? errno : ENOMEM;
+    while (!error && from < to) {
+        const size_t want = to - from < room ? (size_t)(to - from) : room;
+        const size_t got = fread(bytes, 1, want, file);
+        if (got == 0) error = ferror(file) ? errno : -1;
+        crc64_add(&c, bytes, got);
+        from += got;
     }
-    if (folder) closedir(folder);
-    if (n > 0) qsort(*names, n, sizeof **names, later_first);
-    return n;
+    if (file) fclose(file);
+    free(bytes);
+    *sum = crc64_end(&c);
+    return error;
 }
 
-/* A file that cannot be deleted merely stays. */
-static void delete_older(const char *directory, double last, size_t keep)
+/* The checksum of the bytes behind the head of a file of `size` bytes, on all ranks. What is wrong
+ * here as above. */
+static int sum_body(const h5file *f, const char *path, uint64_t size, uint64_t *sum)
 {
-    char **names = NULL, path[PATH_MAX];
-    const size_t n = find_files(directory, last, &names);
-    for (size_t k = 0; k < n; k++) {
-        if (k >= keep && snprintf(path, sizeof path, "%s/%s", directory, names[k]) < PATH_MAX)
-            unlink(path);
-        free(names[k]);
-    }
-    free(names);
+    const uint64_t body = size - HEAD, ranks = (uint64_t)f->ranks, rank = (uint64_t)f->rank;
+    const uint64_t from = body * rank / ranks, to = body * (rank + 1) / ranks;
+    uint64_t part;
+    const int error = sum_part(path, HEAD + from, HEAD + to, &part);
+    /* Checksums are linear: joined, they are the sum of all that are moved to their places. */
+    part = crc64_join(part, 0, body - to);
+    MPI_Allreduce(&part, sum, 1, MPI_UINT64_T, MPI_BXOR, f->comm);
+    return error;
+}
+
+static uint64_t sum_lines(const char *lines, size_t n)
+{
+    crc64 c;
+    crc64_begin(&c);
+    crc64_add(&c, lines, n);
+    return crc64_end(&c);
+}
+
+/* Onto the finished file, which has its temporary name still. */
+static void put_head(restart_file *r, double time, int64_t particles)
+{
+    h5file *f = &r->f;
+    struct stat status = {0};
+    if (f->rank == 0 && stat(f->part, &status) != 0) h5file_fail(f, "read back", strerror(errno));
+    if (!h5file_agree(f)) return;
+    uint64_t size = (uint64_t)status.st_size, sum;
+    MPI_Bcast(&size, 1, MPI_UINT64_T, 0, f->comm);
+    const int error = sum_body(f, f->part, size, &sum);
+    if (error) h5file_fail(f, "read back", error < 0 ? "it is too short" : strerror(error));
+    if (!h5file_agree(f) || f->rank != 0) return;
+    char lines[HEAD], head[HEAD];
+    const int n = snprintf(lines, sizeof lines,
+                           "%sversion %d\ntime %.17g\nparticles %" PRId64 "\nlength %" PRIu64 "\n",
+                           MAGIC, VERSION, time, particles, size);
+    make_head(lines, (size_t)n, crc64_join(sum_lines(lines, (size_t)n), sum, size - HEAD), head);
+    FILE *file = fopen(f->part, "r+b");
+    int bad = file == NULL || fwrite(head, 1, HEAD, file) != HEAD;
+    if (file != NULL) bad |= fclose(file) != 0;
+    if (bad) h5file_fail(f, "write", strerror(errno));
 }
 
 dem_status restart_finish(restart_file *r, const char *directory, double time, int64_t particles,
                           int keep)
 {
     h5file *f = &r->f;
-    if (h5file_agree(f)) put_head(r, time, particles);
+    h5file_agree(f);
     h5file_close(f);
+    if (h5file_agree(f)) put_head(r, time, particles);
     if (h5file_agree(f) && f->rank == 0) h5file_synchronise(f);
     if (h5file_agree(f) && f->rank == 0) {
         h5file_rename(f);
@@ -198,9 +190,7 @@ dem_status restart_finish(restart_file *r, const char *directory, double time, i
     const int good = h5file_agree(f);
     if (f->rank == 0) {
         if (!good && f->part[0] != '\0') unlink(f->part);
-        const char *name = strrchr(f->path, '/');
-        const double last = name ? number_of(name + 1) : NAN;
-        if (good && keep > 0 && !isnan(last)) delete_older(directory, last, (size_t)keep);
+        if (good && keep > 0) restart_delete_older(directory, f->path, (size_t)keep);
     }
     MPI_Barrier(f->comm); /* no rank finds the remains */
     h5file_end(f);
@@ -230,9 +220,14 @@ static const char *line_of(const char *head, const char *key)
     return at != NULL && at > head && at[-1] == '\n' ? at + strlen(key) : NULL;
 }
 
-static int read_head(restart_file *r, FILE *file, char head[HEAD + 1])
+static int read_head(restart_file *r, char head[HEAD + 1])
 {
+    FILE *file = fopen(r->f.path, "rb");
+    if (file == NULL) return restart_refuse(r, "cannot be opened: %s", strerror(errno));
     const size_t got = fread(head, 1, HEAD, file);
+    const int bad = ferror(file) ? errno : 0;
+    fclose(file);
+    if (bad) return restart_refuse(r, "cannot be read: %s", strerror(bad));
     head[got] = '\0';
     const size_t magic = sizeof MAGIC - 1;
     if (got == 0) return restart_refuse(r, "is empty");
@@ -251,33 +246,29 @@ static int read_head(restart_file *r, FILE *file, char head[HEAD + 1])
     return 0;
 }
 
-/* Every byte is what was written. */
-static int check_bytes(restart_file *r, FILE *file, const char *head)
+/* Every byte is what was written. `head` has been read and found good, everywhere. */
+static void check_bytes(restart_file *r, const char *head)
 {
+    h5file *f = &r->f;
     const char *length_at = line_of(head, "length "), *end = strstr(head, "checksum ");
-    if (!length_at || !end) return restart_refuse(r, "is damaged: its head is not complete");
-    const unsigned long long length = strtoull(length_at, NULL, 10);
-    const size_t room = 1 << 20;
-    unsigned char *bytes = malloc(room);
-    crc64 c;
-    if (bytes == NULL) return restart_refuse(r, "out of memory");
-    crc64_begin(&c);
-    crc64_add(&c, head, (size_t)(end - head));
-    unsigned long long total = HEAD;
-    for (size_t got; (got = fread(bytes, 1, room, file)) > 0; total += got)
-        crc64_add(&c, bytes, got);
-    const int bad = ferror(file);
-    free(bytes);
-    if (bad) return restart_refuse(r, "cannot be read: %s", strerror(errno));
-    if (total < length)
-        return restart_refuse(r, "is truncated: it has %llu bytes of %llu", total, length);
+    struct stat status;
+    if (!length_at || !end || end - head > HEAD - 40)
+        restart_refuse(r, "is damaged: its head is not complete");
+    else if (stat(f->path, &status) != 0)
+        restart_refuse(r, "cannot be read: %s", strerror(errno));
+    if (!h5file_agree(f)) return;
+    const uint64_t length = strtoull(length_at, NULL, 10), size = (uint64_t)status.st_size;
+    if (size < length)
+        restart_refuse(r, "is truncated: it has %" PRIu64 " bytes of %" PRIu64, size, length);
+    if (!h5file_agree(f)) return;
+    uint64_t sum;
+    const int error = sum_body(f, f->path, size, &sum);
+    if (error) restart_refuse(r, "cannot be read: %s", strerror(error < 0 ? EIO : error));
     char expected[HEAD];
-    if ((size_t)(end - head) > HEAD - 40)
-        return restart_refuse(r, "is damaged: its head is not complete");
-    make_head(head, (size_t)(end - head), crc64_end(&c), expected);
-    if (total != length || memcmp(head, expected, HEAD) != 0)
-        return restart_refuse(r, "is damaged: its checksum is not that of its contents");
-    return 0;
+    const size_t n = (size_t)(end - head);
+    make_head(head, n, crc64_join(sum_lines(head, n), sum, size - HEAD), expected);
+    if (size != length || memcmp(head, expected, HEAD) != 0)
+        restart_refuse(r, "is damaged: its checksum is not that of its contents");
 }
 
 dem_status restart_open(restart_file *r, MPI_Comm comm, const char *path, char *message,
@@ -288,13 +279,13 @@ dem_status restart_open(restart_file *r, MPI_Comm comm, const char *path, char *
     memset(r, 0, sizeof *r);
     h5file_begin(f, comm, message, size);
     snprintf(f->path, sizeof f->path, "%s", path);
-    FILE *file = fopen(path, "rb");
-    if (file == NULL) return restart_refuse(r, "cannot be opened: %s", strerror(errno));
-    if (read_head(r, file, head) == 0) check_bytes(r, file, head);
-    fclose(file);
-    if (f->failed) return DEM_IO;
+    read_head(r, head);
+    if (h5file_agree(f)) check_bytes(r, head);
+    if (!h5file_agree(f)) return DEM_IO;
+    /* By each rank on its own: what one cannot read keeps no other waiting. */
     f->file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
-    return f->file < 0 ? restart_refuse(r, "HDF5 cannot open it") : DEM_OK;
+    if (f->file < 0) restart_refuse(r, "HDF5 cannot open it");
+    return h5file_agree(f) ? DEM_OK : DEM_IO;
 }
 
 int restart_has(const restart_file *r, const char *set)
@@ -307,19 +298,34 @@ int restart_has(const restart_file *r, const char *set)
            (!slash || H5Lexists(r->f.file, set, H5P_DEFAULT) > 0);
 }
 
-void *restart_hold(restart_file *r, size_t bytes)
+void *restart_adopt(restart_file *r, void *data)
 {
-    if (r->f.failed) return NULL; /* and `bytes` may be of a number that was not found */
-    void *data = calloc(1, bytes ? bytes : 1);
+    if (data == NULL) return NULL;
     void **more = realloc(r->kept, (r->n_kept + 1) * sizeof *more);
-    if (more != NULL) r->kept = more;
-    if (data == NULL || more == NULL) {
+    if (more == NULL) {
         free(data);
         restart_refuse(r, "out of memory");
         return NULL;
     }
-    r->kept[r->n_kept++] = data;
-    return data;
+    r->kept = more;
+    return r->kept[r->n_kept++] = data;
+}
+
+void *restart_hold(restart_file *r, size_t bytes)
+{
+    if (r->f.failed) return NULL; /* and `bytes` may be of a number that was not found */
+    void *data = calloc(1, bytes ? bytes : 1);
+    if (data == NULL) restart_refuse(r, "out of memory");
+    return restart_adopt(r, data);
+}
+
+void restart_drop(restart_file *r, void *data)
+{
+    size_t k = r->n_kept;
+    while (k > 0 && r->kept[k - 1] != data) k--;
+    if (k == 0) return;
+    free(data);
+    r->kept[k - 1] = r->kept[--r->n_kept];
 }
 
 /* Numbers of the kind in rows of that width; how many rows. */
@@ -340,7 +346,30 @@ static int shape_is_right(hid_t set, restart_kind kind, int width, size_t *rows)
     return good;
 }
 
-void *restart_get(restart_file *r, const char *name, restart_kind kind, int width, size_t *rows)
+/* The rows first...first + n - 1 of all. */
+static void *read_rows(restart_file *r, hid_t set, const char *name, restart_kind kind, int width,
+                       const h5rows *rows)
+{
+    char *data = restart_hold(r, rows->n * (size_t)width * size_of(kind));
+    if (data == NULL || rows->n == 0) return data;
+    const int rank = width > 1 ? 2 : 1;
+    const hsize_t start[2] = {rows->first, 0}, count[2] = {rows->n, (hsize_t)width};
+    const hid_t type = memory_type(kind), here = H5Screate_simple(rank, count, NULL);
+    const hid_t there = H5Dget_space(set);
+    if (H5Sselect_hyperslab(there, H5S_SELECT_SET, start, NULL, count, NULL) < 0 ||
+        H5Dread(set, type, here, there, H5P_DEFAULT, data) < 0) {
+        restart_refuse(r, "dataset %s cannot be read", name);
+        data = NULL;
+    }
+    H5Sclose(there);
+    H5Sclose(here);
+    H5Tclose(type);
+    return data;
+}
+
+/* Of all rows the share of one of so many ranks. */
+static void *get(restart_file *r, const char *name, restart_kind kind, int width, h5rows *rows,
+                 int rank, int ranks)
 {
     if (r->f.failed) return NULL;
     const hid_t set = restart_has(r, name) ? H5Dopen2(r->f.file, name, H5P_DEFAULT) : -1;
@@ -352,19 +381,29 @@ void *restart_get(restart_file *r, const char *name, restart_kind kind, int widt
     }
     if (!shape_is_right(set, kind, width, &found)) {
         restart_refuse(r, "dataset %s is not of the kind it should be", name);
-    } else if (*rows != RESTART_ANY && *rows != found) {
-        restart_refuse(r, "dataset %s has %zu rows, not %zu", name, found, *rows);
-    } else if ((data = restart_hold(r, found * (size_t)width * size_of(kind))) != NULL) {
-        const hid_t type = memory_type(kind);
-        if (found > 0 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) {
-            restart_refuse(r, "dataset %s cannot be read", name);
-            data = NULL;
-        }
-        H5Tclose(type);
+    } else if (rows->total != RESTART_ANY && rows->total != found) {
+        restart_refuse(r, "dataset %s has %zu rows, not %zu", name, found, (size_t)rows->total);
+    } else {
+        rows->total = found;
+        rows->first = slice(found, rank, ranks);
+        rows->n = slice(found, rank + 1, ranks) - rows->first;
+        data = read_rows(r, set, name, kind, width, rows);
     }
     H5Dclose(set);
-    *rows = found;
     return data;
+}
+
+void *restart_get(restart_file *r, const char *set, restart_kind kind, int width, size_t *rows)
+{
+    h5rows all = {.total = *rows};
+    void *data = get(r, set, kind, width, &all, 0, 1);
+    *rows = (size_t)all.total;
+    return data;
+}
+
+void *restart_slab(restart_file *r, const char *set, restart_kind kind, int width, h5rows *rows)
+{
+    return get(r, set, kind, width, rows, r->f.rank, r->f.ranks);
 }
 
 typedef struct listing {

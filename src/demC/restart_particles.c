@@ -54,67 +54,84 @@ static void copy_column(const restart_job *job, const column *c, double *data, i
 static void save_column(restart_job *job, const column *c)
 {
     double *data = malloc((job->n + 1) * (size_t)c->width * sizeof *data);
-    if (data)
-        copy_column(job, c, data, 0);
-    else
-        h5file_fail(&job->file->f, c->set, "out of memory");
-    if (data) restart_put_here(job, c->set, RESTART_REAL, job->n, c->width, data, c->units);
-    free(data);
+    if (data) copy_column(job, c, data, 0);
+    restart_put_rows(job, c->set, RESTART_REAL, c->width, data, c->units);
 }
 
 static double *load_column(restart_job *job, const column *c, int to_store)
 {
-    double *data = restart_get(job->file, c->set, RESTART_REAL, c->width, &job->n);
+    double *data = restart_fetch(job, c->set, RESTART_REAL, c->width);
     if (data && to_store) copy_column(job, c, data, 1);
     return data;
 }
 
-/* Without a list the order in the store follows from nothing else; snapshots have it. */
+/* Without a list the order in the store follows from nothing else; snapshots have it. The places of
+ * a rank come after those of the ranks before. */
 static void save_places(restart_job *job)
 {
+    const int64_t before = sum_before(job->sim, (int64_t)job->n);
     int64_t *place = malloc((job->n + 1) * sizeof *place);
-    for (size_t k = 0; k < job->n && place; k++) place[k] = job->row[k];
-    if (place)
-        restart_put_here(job, "particles/place", RESTART_WHOLE, job->n, 1, place, "-");
-    else
-        h5file_fail(&job->file->f, "particles/place", "out of memory");
-    free(place);
+    for (size_t k = 0; k < job->n && place; k++) place[k] = before + job->row[k];
+    restart_put_rows(job, "particles/place", RESTART_WHOLE, 1, place, "-");
 }
 
-/* Put the particles, in the order of ids so far, where they were. */
+typedef struct by_place {
+    int64_t place;
+    uint32_t row;
+} by_place;
+
+static int compare_places(const void *a, const void *b)
+{
+    const int64_t x = ((const by_place *)a)->place, y = ((const by_place *)b)->place;
+    return (x > y) - (x < y);
+}
+
+/* order[k] of the particles, in the order of ids so far, comes k-th, and there[order[k]] is k. */
+static void order_places(restart_job *job, const int64_t *place, uint32_t *order, uint32_t *there)
+{
+    by_place *all = restart_room(job, job->n * sizeof *all);
+    for (size_t k = 0; k < job->n && all; k++) all[k] = (by_place){place[k], (uint32_t)k};
+    if (job->n && all) qsort(all, job->n, sizeof *all, compare_places);
+    for (size_t k = 0; k < job->n && all; k++) {
+        const int64_t at = all[k].place;
+        if (at < 0 || (uint64_t)at >= job->slab.total || (k > 0 && at == all[k - 1].place)) {
+            restart_refuse(job->file, "particle %lld is at place %lld of %zu",
+                           (long long)job->id[all[k].row], (long long)at, (size_t)job->slab.total);
+            return;
+        }
+        order[k] = all[k].row;
+        there[all[k].row] = (uint32_t)k;
+    }
+}
+
+/* Put the particles in the order in which they were. */
 static dem_status take_places(restart_job *job)
 {
-    const int64_t *place = restart_get(job->file, "particles/place", RESTART_WHOLE, 1, &job->n);
-    uint32_t *order = restart_room(job, job->n * sizeof *order);
-    uint32_t *there = restart_room(job, job->n * sizeof *there);
-    if (!place || !order || !there) return DEM_IO;
-    for (size_t k = 0; k < job->n; k++) order[k] = UINT32_MAX;
-    for (size_t k = 0; k < job->n; k++) {
-        const uint64_t to = (uint64_t)place[k];
-        if (to >= job->n || order[to] != UINT32_MAX)
-            return restart_refuse(job->file, "particle %lld is at place %lld of %zu",
-                                  (long long)job->id[k], (long long)place[k], job->n);
-        order[to] = (uint32_t)k;
-        there[k] = (uint32_t)to;
-    }
-    contacts_renumber(&job->sim->contacts, there);
-    walls_renumber(&job->sim->walls, there);
-    return particles_permute(&job->sim->particles, order) ? no_memory(job->sim) : DEM_OK;
+    dem_sim *sim = job->sim;
+    particles *p = &sim->particles;
+    const int64_t *place = restart_fetch(job, "particles/place", RESTART_WHOLE, 1);
+    const size_t n = job->n + p->n_ghost; /* ghosts stay behind them */
+    uint32_t *order = restart_room(job, n * sizeof *order);
+    uint32_t *there = restart_room(job, n * sizeof *there);
+    if (place && order && there) order_places(job, place, order, there);
+    if (job->file->f.failed) return DEM_IO;
+    for (size_t k = job->n; k < n; k++) order[k] = there[k] = (uint32_t)k;
+    contacts_renumber(&sim->contacts, there);
+    walls_renumber(&sim->walls, there);
+    if (sim->ranks > 1) halo_follow(sim, there);
+    return particles_permute(p, order) ? no_memory(sim) : DEM_OK;
 }
 
 void restart_save_particles(restart_job *job)
 {
     const particles *p = &job->sim->particles;
-    int64_t *whole = malloc((job->n + 1) * sizeof *whole);
-    if (!whole) {
-        h5file_fail(&job->file->f, "write", "out of memory");
-        return;
+    for (int c = 0; c < 2; c++) {
+        int64_t *whole = malloc((job->n + 1) * sizeof *whole);
+        for (size_t k = 0; k < job->n && whole; k++)
+            whole[k] = c ? p->material[job->row[k]] : p->id[job->row[k]];
+        restart_put_rows(job, c ? "particles/material" : "particles/id", RESTART_WHOLE, 1, whole,
+                         "-");
     }
-    for (size_t k = 0; k < job->n; k++) whole[k] = p->id[job->row[k]];
-    restart_put_here(job, "particles/id", RESTART_WHOLE, job->n, 1, whole, "-");
-    for (size_t k = 0; k < job->n; k++) whole[k] = p->material[job->row[k]];
-    restart_put_here(job, "particles/material", RESTART_WHOLE, job->n, 1, whole, "-");
-    free(whole);
     save_column(job, &RADIUS);
     save_column(job, &MASS);
     save_column(job, &POSITION);
@@ -130,8 +147,8 @@ void restart_save_particles(restart_job *job)
 static void check_row(restart_job *job, size_t k, int64_t material, double radius, double mass,
                       const double x[3])
 {
-    const long long id = (long long)job->id[k];
-    if (k > 0 && job->id[k] <= job->id[k - 1])
+    const long long id = (long long)job->slab_id[k];
+    if (k > 0 && job->slab_id[k] <= job->slab_id[k - 1])
         restart_refuse(job->file, "particle id %lld is out of order", id);
     else if (material < 0 || (uint64_t)material >= job->n_material)
         restart_refuse(job->file, "particle %lld: no material %lld", id, (long long)material);
@@ -143,36 +160,75 @@ static void check_row(restart_job *job, size_t k, int64_t material, double radiu
         restart_refuse(job->file, "particle %lld: radius, mass or position is no such number", id);
 }
 
+/* What decides whether and where a particle can be. */
+typedef struct slab {
+    int64_t *id, *material;
+    double *radius, *mass;
+    double (*x)[3], (*built)[3]; /* built: NULL without a list */
+} slab;
+
+static double *slab_column(restart_job *job, const column *c)
+{
+    return restart_slab(job->file, c->set, RESTART_REAL, c->width, &job->slab);
+}
+
+static void read_slab(restart_job *job, slab *s)
+{
+    restart_file *f = job->file;
+    size_t one = 1;
+    job->slab.total = RESTART_ANY;
+    job->slab_id = s->id = restart_slab(f, "particles/id", RESTART_WHOLE, 1, &job->slab);
+    s->material = restart_slab(f, "particles/material", RESTART_WHOLE, 1, &job->slab);
+    s->radius = slab_column(job, &RADIUS);
+    s->mass = slab_column(job, &MASS);
+    s->x = (double(*)[3])slab_column(job, &POSITION);
+    const int64_t *listed = restart_get(f, "state/listed", RESTART_WHOLE, 1, &one);
+    s->built = listed && *listed ? (double(*)[3])slab_column(job, &BUILT) : NULL;
+    for (size_t k = 0; k < job->slab.n && !f->f.failed; k++) {
+        check_row(job, k, s->material[k], s->radius[k], s->mass[k], s->x[k]);
+        const double *b = s->built ? s->built[k] : s->x[k];
+        if (!isfinite(b[0] + b[1] + b[2]))
+            restart_refuse(f, "particle %lld: its position in the list is no such number",
+                           (long long)s->id[k]);
+    }
+}
+
 void restart_load_particles(restart_job *job)
 {
     particles *p = &job->sim->particles;
-    restart_file *f = job->file;
-    job->n = RESTART_ANY;
-    job->id = restart_get(f, "particles/id", RESTART_WHOLE, 1, &job->n);
-    const int64_t *material = restart_get(f, "particles/material", RESTART_WHOLE, 1, &job->n);
-    const double *radius = load_column(job, &RADIUS, 0), *mass = load_column(job, &MASS, 0);
-    const double(*x)[3] = (const double(*)[3])load_column(job, &POSITION, 0);
-    if (!f->f.failed && job->n > NEIGHBOUR_MASK)
-        restart_refuse(f, "has %zu particles, at most %u go on one rank", job->n,
-                       (unsigned)NEIGHBOUR_MASK);
-    for (size_t k = 0; k < job->n && !f->f.failed; k++)
-        check_row(job, k, material[k], radius[k], mass[k], x[k]);
-    if (f->f.failed) return;
-    if (particles_reserve(p, job->n)) {
-        restart_refuse(f, "out of memory with %zu particles", job->n);
-        return;
+    h5file *f = &job->file->f;
+    slab s;
+    read_slab(job, &s);
+    if (!h5file_agree(f)) return;
+    /* Where the list was built is where a particle's owner was found. */
+    restart_plan_loading(job, (const double(*)[3])(s.built ? s.built : s.x), s.radius);
+    if (!h5file_agree(f)) return;
+    if (job->sim->ranks > 1) { /* the rank asked for an owner needs the ids yet */
+        int64_t *copy = restart_room(job, (job->slab.n + 1) * sizeof *copy);
+        if (copy) memcpy(copy, s.id, job->slab.n * sizeof *copy);
+        job->slab_id = copy;
     }
+    job->id = restart_bring(job, s.id, 1);
+    const int64_t *material = restart_bring(job, s.material, 1);
+    const double *radius = restart_bring(job, s.radius, 1), *mass = restart_bring(job, s.mass, 1);
+    const double(*x)[3] = restart_bring(job, s.x, 3);
+    if (s.built) restart_drop(job->file, s.built);
+    if (!f->failed && job->n > NEIGHBOUR_MASK)
+        restart_refuse(job->file, "has %zu particles for one rank, at most %u go on it", job->n,
+                       (unsigned)NEIGHBOUR_MASK);
+    else if (!f->failed && particles_reserve(p, job->n))
+        restart_refuse(job->file, "out of memory with %zu particles", job->n);
+    if (!h5file_agree(f)) return;
     for (size_t k = 0; k < job->n; k++)
         particles_append(p, x[k], NULL, NULL, radius[k], mass[k] * job->heavier[material[k]],
                          job->material[material[k]], job->id[k]);
     for (size_t c = 0; c < LENGTH(COLUMN); c++) load_column(job, &COLUMN[c], 1);
     size_t one = 1;
-    const int64_t *outside = restart_get(f, "state/outside", RESTART_WHOLE, 1, &one);
-    if (!outside || !*outside) return;
-    if (particles_open_outside(&job->sim->particles))
-        restart_refuse(job->file, "out of memory with %zu particles", job->n);
-    else
-        load_column(job, &OUTSIDE, 1);
+    const int64_t *outside = restart_get(job->file, "state/outside", RESTART_WHOLE, 1, &one);
+    if (!h5file_agree(f)) return;
+    if (!*outside) return;
+    if (particles_open_outside(&job->sim->particles)) restart_no_memory(job);
+    if (h5file_agree(f)) load_column(job, &OUTSIDE, 1);
 }
 
 /* ---- attached columns, numbers of the caller ------------------------------------------------- */
@@ -192,11 +248,7 @@ void restart_save_columns(restart_job *job)
         for (size_t k = 0; k < job->n && data; k++)
             memcpy(data + k * (size_t)width, (const char *)f->data + job->row[k] * f->size,
                    f->size);
-        if (data)
-            restart_put_here(job, set, RESTART_REAL, job->n, width, data, "SI");
-        else
-            h5file_fail(&job->file->f, set, "out of memory");
-        free(data);
+        restart_put_rows(job, set, RESTART_REAL, width, data, "SI");
     }
 }
 
@@ -207,13 +259,14 @@ void restart_load_columns(restart_job *job)
     char(*name)[DEM_NAME];
     int *width;
     restart_list(job->file, "columns", &n, &name, &width);
+    if (!h5file_agree(&job->file->f)) return;
     for (size_t c = 0; c < n; c++) {
         char set[2 * DEM_NAME];
         snprintf(set, sizeof set, "columns/%s", name[c]);
-        const double *data = restart_get(job->file, set, RESTART_REAL, width[c], &job->n);
+        const double *data = restart_fetch(job, set, RESTART_REAL, width[c]);
         const int handle = data ? particles_attach(p, name[c], width[c]) : -1;
         if (data && handle < 0) restart_refuse(job->file, "out of memory");
-        if (handle < 0) return;
+        if (!h5file_agree(&job->file->f)) return;
         if (job->n)
             memcpy(particles_column(p, handle), data, job->n * sizeof *data * (size_t)width[c]);
         p->field[p->n_fixed + (size_t)handle].restored = 1;
@@ -223,32 +276,67 @@ void restart_load_columns(restart_job *job)
 /* ---- the list ---------------------------------------------------------------------------------
  */
 
-/* Build the list as it was, from where the particles were then. */
-dem_status restart_list_again(restart_job *job)
+/* Ghosts, as a step makes them, and the histories with all. */
+static dem_status find_partners(restart_job *job)
 {
     dem_sim *sim = job->sim;
+    dem_status status = DEM_OK;
+    if (sim->ranks > 1) status = halo_make(sim, sim->largest_radius + sim->list.skin);
+    return status ? status : agree(sim, restart_link_contacts(job));
+}
+
+/* Sorted and filled, with the ghosts, with histories. */
+static dem_status fill_again(dem_sim *sim)
+{
     particles *p = &sim->particles;
     neighbour *list = &sim->list;
-    if (!job->n) {
-        list->valid = 0;
-        return DEM_OK;
-    }
-    if (!list->valid) return take_places(job);
-    double *built = load_column(job, &BUILT, 0), *now = load_column(job, &POSITION, 0);
-    if (!built || !now) return DEM_IO;
-    const double moved = list->moved;
-    copy_column(job, &POSITION, built, 1);
     int uneven;
     const double reach = list_reach(sim, &uneven);
-    sim->walls.slack = .5 * list->skin;
-    const extent all = neighbour_extent(p);
-    if (neighbour_sort(list, p, &all, reach) || neighbour_fill(list, p, uneven) ||
-        contacts_restore(&sim->contacts, list))
-        return no_memory(sim);
+    extent all = neighbour_extent(p);
+    min_reals(sim, all.lo, 3);
+    max_reals(sim, all.hi, 3);
+    all.n = (double)sim->total;
+    if (neighbour_sort(list, p, &all, reach)) return no_memory(sim);
+    if (sim->ranks > 1) halo_follow(sim, list->place);
+    return neighbour_fill(list, p, uneven) || contacts_restore(&sim->contacts, list)
+               ? no_memory(sim)
+               : DEM_OK;
+}
+
+/* Build the list as it was, from where the particles were then. */
+static dem_status build_again(restart_job *job, double *built, double *now)
+{
+    dem_sim *sim = job->sim;
+    neighbour *list = &sim->list;
+    const double moved = list->moved;
+    copy_column(job, &POSITION, built, 1);
+    dem_status status = find_partners(job);
+    if (!status) status = agree(sim, fill_again(sim));
+    if (status) return status;
     list->moved = moved;
     job->row = list->place;
     copy_column(job, &POSITION, now, 1);
     job->row = NULL;
-    if (walls_list(&sim->walls, p, .5 * list->skin + moved, list->place)) return no_memory(sim);
-    return DEM_OK;
+    if (sim->ranks > 1) halo_refresh(sim);
+    sim->walls.slack = .5 * list->skin;
+    if (walls_list(&sim->walls, &sim->particles, .5 * list->skin + moved, list->place))
+        status = no_memory(sim);
+    return agree(sim, status);
+}
+
+dem_status restart_list_again(restart_job *job)
+{
+    dem_sim *sim = job->sim;
+    h5file *f = &job->file->f;
+    if (!job->slab.total) {
+        sim->list.valid = 0;
+        return DEM_OK;
+    }
+    if (sim->list.valid) {
+        double *built = load_column(job, &BUILT, 0), *now = load_column(job, &POSITION, 0);
+        return h5file_agree(f) ? build_again(job, built, now) : DEM_IO;
+    }
+    if (sim->ranks > 1) neighbour_wrap(&sim->list, &sim->particles);
+    const dem_status status = find_partners(job);
+    return status ? status : agree(sim, take_places(job));
 }
