@@ -10,7 +10,7 @@
  *                      places, ghosts, sort by (cell, id), list, history of contacts carried over
  *     ghosts           follow their owners, in the other steps
  *     forces           pairs, then walls, at x and v of the step's beginning
- *     motion           symplectic Euler; impulse of the outside force
+ *     motion           symplectic Euler; impulse of the outside force; in one sweep with the forces
  *     agreement        the largest speed of all ranks, and that all are well
  *
  * After the last one: outlets again, and check again that no particle is lost, so that the caller
@@ -292,40 +292,38 @@ static dem_status rebuild(dem_sim *sim)
     return status;
 }
 
-static dem_status sum_forces(dem_sim *sim, double dt, int last)
+/* Own particles in the first `rows` rows of the list, which are the first of the store; at least
+ * `known`. */
+static size_t own_among(const dem_sim *sim, size_t known, size_t begin, size_t rows)
+{
+    const neighbour *list = &sim->list;
+    if (!list->slot) return rows;
+    for (size_t r = begin; r < rows; r++)
+        if (list->slot[r] < sim->particles.n) known = (size_t)list->slot[r] + 1;
+    return known;
+}
+
+/* Forces and motion in one sweep: no pair of a later row has the particle of an earlier one, so
+ * that each moves while what it needs is in the cache. The balance looks at all before and after.
+ */
+static dem_status sweep(dem_sim *sim, pair_forces *pairs, wall_forces *walls, motion *m)
 {
     particles *p = &sim->particles;
-    dem_report *r = &sim->report;
-    pair_forces pairs = {.law = sim->law,
-                         .table = sim->table,
-                         .n_material = sim->n_material,
-                         .uniform = sim->uniform,
-                         .mass = sim->uniform_mass,
-                         .radius = sim->largest_radius,
-                         .only = sim->table[sim->uniform_material * (sim->n_material + 1)],
-                         .dt = dt,
-                         .extras = sim->any_extra ? &sim->extras : NULL,
-                         .balance = sim->balance.on ? &sim->balance : NULL,
-                         .survey = last};
+    const size_t rows = sim->list.n_row, stretch = sim->balance.on ? rows : 1024;
+    size_t moved = 0;
     /* What pairs with ghosts leave on them is the business of their owners. */
     if (p->n_ghost) memset(p->force[p->n], 0, p->n_ghost * sizeof *p->force);
-    if (sum_pair_forces(&pairs, p, &sim->list, &sim->contacts)) return no_memory(sim);
-    wall_forces walls = {.law = sim->law,
-                         .table = sim->table,
-                         .n_material = sim->n_material,
-                         .dt = dt,
-                         .extras = pairs.extras,
-                         .balance = pairs.balance};
-    sum_wall_forces(&walls, &sim->walls, p);
-    if (sim->balance.on) balance_springs(&sim->balance, &pairs.springs, &walls.springs);
-    for (int a = 0; a < 3; a++) {
-        r->wall_impulse[a] += dt * walls.on_particles[a];
-        r->gravity_impulse[a] += dt * sim->mass * sim->gravity[a];
+    force_loop loop = forces_open(pairs, p, &sim->list, &sim->contacts);
+    for (size_t begin = 0; begin < rows; begin += stretch) {
+        const size_t end = begin + stretch < rows ? begin + stretch : rows;
+        const size_t own = own_among(sim, moved, begin, end);
+        forces_of_rows(&loop, begin, end);
+        sum_wall_forces(walls, &sim->walls, p, own);
+        if (sim->balance.on) balance_summed(sim);
+        integrate(m, p, moved, own);
+        moved = own;
     }
-    r->contacts = (int64_t)pairs.contacts;
-    r->wall_contacts = (int64_t)walls.contacts;
-    r->overlap = fmax(pairs.overlap, walls.overlap);
-    return DEM_OK;
+    return forces_close(&loop) ? no_memory(sim) : DEM_OK;
 }
 
 /* A step without particles. */
@@ -360,21 +358,44 @@ static dem_status follow_walls(dem_sim *sim)
 }
 
 /* Forces and motion of this rank's particles; what goes wrong is told at the end of the step. */
-static dem_status move_particles(dem_sim *sim, double dt, int last, motion *m)
+static dem_status move_particles(dem_sim *sim, double dt, motion *m)
 {
     dem_report *r = &sim->report;
-    double begin = MPI_Wtime();
+    const double begin = MPI_Wtime();
     if (sim->balance.on && balance_open(sim)) return DEM_NO_MEMORY;
-    if (sum_forces(sim, dt, last)) return DEM_NO_MEMORY;
-    double summed = MPI_Wtime();
-    if (sim->balance.on) balance_summed(sim);
-    integrate(m, &sim->particles);
-    if (sim->balance.on) balance_moved(sim, dt);
-    double moved = MPI_Wtime();
-    r->seconds_force += summed - begin;
-    r->seconds_other += moved - summed;
-    sim->domain.busy += moved - begin;
-    return m->finite ? DEM_OK : check_finite(sim);
+    pair_forces pairs = {.law = sim->law,
+                         .table = sim->table,
+                         .n_material = sim->n_material,
+                         .uniform = sim->uniform,
+                         .mass = sim->uniform_mass,
+                         .radius = sim->largest_radius,
+                         .only = sim->table[sim->uniform_material * (sim->n_material + 1)],
+                         .dt = dt,
+                         .extras = sim->any_extra ? &sim->extras : NULL,
+                         .balance = sim->balance.on ? &sim->balance : NULL,
+                         .survey = m->last};
+    wall_forces walls = {.law = sim->law,
+                         .table = sim->table,
+                         .n_material = sim->n_material,
+                         .dt = dt,
+                         .extras = pairs.extras,
+                         .balance = pairs.balance};
+    if (sweep(sim, &pairs, &walls, m)) return DEM_NO_MEMORY;
+    if (sim->balance.on) {
+        balance_springs(&sim->balance, &pairs.springs, &walls.springs);
+        balance_moved(sim, dt);
+    }
+    for (int a = 0; a < 3; a++) {
+        r->wall_impulse[a] += dt * walls.on_particles[a];
+        r->gravity_impulse[a] += dt * sim->mass * sim->gravity[a];
+    }
+    r->contacts = (int64_t)pairs.contacts;
+    r->wall_contacts = (int64_t)walls.contacts;
+    r->overlap = fmax(pairs.overlap, walls.overlap);
+    const double took = MPI_Wtime() - begin;
+    r->seconds_force += took;
+    sim->domain.busy += took;
+    return m->lost ? check_finite(sim) : DEM_OK;
 }
 
 /* That all ranks are well, and the speed that no particle of theirs exceeds. */
@@ -403,7 +424,7 @@ static dem_status step(dem_sim *sim, double dt, int last)
     r->seconds_neighbour += MPI_Wtime() - begin - (r->seconds_exchange - exchanged);
     motion m = {.dt = dt, .outside = sim->outside, .last = last};
     memcpy(m.gravity, sim->gravity, sizeof m.gravity);
-    if (!status) status = move_particles(sim, dt, last, &m);
+    if (!status) status = move_particles(sim, dt, &m);
     sim->time += dt;
     r->step = dt;
     return close_step(sim, status, &m);

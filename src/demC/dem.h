@@ -443,7 +443,7 @@ typedef struct dem_report {
      * advance by walls, gravity and outside force; meaningless with periodic sides */
     double angular_momentum[3], wall_angular[3], gravity_angular[3], outside_angular[3];
     int64_t rebuilds; /* neighbour lists built since dem_new */
-    /* wall-clock in the last advance, of the rank that took longest for each */
+    /* wall-clock in the last advance, of the rank that took longest for each; force: and motion */
     double seconds_force, seconds_neighbour, seconds_exchange, seconds_other;
     double imbalance;  /* work of the busiest rank over the mean, when last measured; 1 on one */
     int64_t divisions; /* of the domain among the ranks, since dem_new */

@@ -402,11 +402,11 @@ DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, contact_stream 
 }
 
 DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, contact_stream *s,
-                          size_t n, dem_law law, int uniform, int periodic)
+                          size_t first, size_t last, dem_law law, int uniform, int periodic)
 {
     block b;
     b.n = 0;
-    for (size_t r = 0; r < n; r++) {
+    for (size_t r = first; r < last; r++) {
         const size_t i = a->slot ? a->slot[r] : r;
         for (size_t k = a->row[r], row_end = a->row[r + 1]; k < row_end;) {
             size_t room = (size_t)(BLOCK - b.n);
@@ -422,18 +422,21 @@ DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, con
     flush(&b, x, a, s, job, law, uniform);
 }
 
-typedef void pair_kernel(pair_forces *job, const arrays *a, contact_stream *s, size_t n);
+typedef void pair_kernel(pair_forces *job, const arrays *a, contact_stream *s, size_t begin,
+                         size_t end);
 
 #define KERNEL(name, isa, law, uniform, periodic)                                                  \
-    isa static void name(pair_forces *job, const arrays *a, contact_stream *s, size_t n)           \
+    isa static void name(pair_forces *job, const arrays *a, contact_stream *s, size_t begin,       \
+                         size_t end)                                                               \
     {                                                                                              \
-        pair_loop(job, NULL, a, s, n, law, uniform, periodic);                                     \
+        pair_loop(job, NULL, a, s, begin, end, law, uniform, periodic);                            \
     }
 #define EXTRA_KERNEL(name, isa, law, periodic)                                                     \
-    isa static void name(pair_forces *job, const arrays *a, contact_stream *s, size_t n)           \
+    isa static void name(pair_forces *job, const arrays *a, contact_stream *s, size_t begin,       \
+                         size_t end)                                                               \
     {                                                                                              \
         extra_block x;                                                                             \
-        pair_loop(job, &x, a, s, n, law, 0, periodic);                                             \
+        pair_loop(job, &x, a, s, begin, end, law, 0, periodic);                                    \
     }
 /* [law][equal particles, different ones, extras][periodic] */
 #define KERNELS(suffix, isa)                                                                       \
@@ -477,23 +480,34 @@ static pair_kernel *choose(dem_law law, int kind, int periodic)
     return kernels_plain[hertz][kind][periodic];
 }
 
-dem_status sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, contacts *c)
+force_loop forces_open(pair_forces *job, particles *p, const neighbour *list, contacts *c)
 {
-    arrays a = {(const double(*)[4])p->pos,
-                (const double(*)[8])p->vel,
-                p->force,
-                p->material,
-                list->row,
-                list->slot,
-                list->entry,
-                (const double(*)[4])list->shift,
-                c->touch,
-                p->n};
-    contact_stream s = contacts_open(c);
-    pair_kernel *kernel = choose(job->law, job->extras ? 2 : job->uniform != 0, list->any_periodic);
     job->contacts = 0;
     job->overlap = 0;
     job->springs = (spring_energy){0};
-    kernel(job, &a, &s, list->n_row);
-    return contacts_close(&s, list);
+    return (force_loop){job, p, list, contacts_open(c)};
+}
+
+void forces_of_rows(force_loop *loop, size_t begin, size_t end)
+{
+    pair_forces *job = loop->job;
+    const particles *p = loop->p;
+    const neighbour *list = loop->list;
+    const arrays a = {(const double(*)[4])p->pos,
+                      (const double(*)[8])p->vel,
+                      p->force,
+                      p->material,
+                      list->row,
+                      list->slot,
+                      list->entry,
+                      (const double(*)[4])list->shift,
+                      loop->springs.c->touch,
+                      p->n};
+    pair_kernel *kernel = choose(job->law, job->extras ? 2 : job->uniform != 0, list->any_periodic);
+    kernel(job, &a, &loop->springs, begin, end);
+}
+
+dem_status forces_close(force_loop *loop)
+{
+    return contacts_close(&loop->springs, loop->list);
 }

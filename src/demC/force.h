@@ -25,7 +25,19 @@ typedef struct pair_forces {
     spring_energy springs; /* out, if the balance is kept */
 } pair_forces;
 
-/* Adds to p->force. */
-dem_status sum_pair_forces(pair_forces *job, particles *p, const neighbour *list, contacts *c);
+/* The loop under way. */
+typedef struct force_loop {
+    pair_forces *job;
+    particles *p;
+    const neighbour *list;
+    contact_stream springs;
+} force_loop;
+
+force_loop forces_open(pair_forces *job, particles *p, const neighbour *list, contacts *c);
+/* Adds the forces of the pairs in the rows begin...end-1 of the list to p->force; the rows one
+ * after the other. No pair of a later row has the particle of an earlier one: it may move. */
+void forces_of_rows(force_loop *loop, size_t begin, size_t end);
+/* When all rows are done. */
+dem_status forces_close(force_loop *loop);
 
 #endif

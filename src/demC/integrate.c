@@ -19,13 +19,13 @@
 
 typedef int64_t mask4 __attribute__((vector_size(32)));
 
-ALWAYS void move(motion *m, particles *p, int outside)
+ALWAYS void move(motion *m, particles *p, size_t begin, size_t end, int outside)
 {
     const double dt = m->dt, *g = m->gravity;
     /* The fourth lane of a record is no component: it must not move. */
     const vec4 step = {dt, dt, dt, 0}, zero = {0, 0, 0, 0}, weight = {g[0], g[1], g[2], 0};
     vec4 fastest = zero, poison = zero;
-    for (size_t i = 0; i < p->n; i++) {
+    for (size_t i = begin; i < end; i++) {
         vec4 *v = (vec4 *)p->vel[i], *f = (vec4 *)p->force[i];
         vec4 new = v[0] + step *(f[0] * v[0][3] + weight);
         if (outside) {
@@ -48,42 +48,43 @@ ALWAYS void move(motion *m, particles *p, int outside)
         f[0] = zero;
         f[1] = zero;
     }
-    for (int a = 0; a < 3; a++) m->most[a] = fastest[a];
-    m->finite = poison[0] + poison[1] + poison[2] == 0;
+    for (int a = 0; a < 3; a++) m->most[a] = fmax(m->most[a], fastest[a]);
+    m->lost |= poison[0] + poison[1] + poison[2] != 0;
 }
 
-static void keep_force(const motion *m, particles *p)
+static void keep_force(const motion *m, particles *p, size_t begin, size_t end)
 {
-    for (size_t i = 0; i < p->n; i++)
+    for (size_t i = begin; i < end; i++)
         for (int a = 0; a < 3; a++) p->last[i][a] = p->force[i][a] + p->mass[i] * m->gravity[a];
 }
 
-static void move_plain(motion *m, particles *p)
+static void move_plain(motion *m, particles *p, size_t begin, size_t end)
 {
     if (m->outside)
-        move(m, p, 1);
+        move(m, p, begin, end, 1);
     else
-        move(m, p, 0);
+        move(m, p, begin, end, 0);
 }
 
 #if defined(__x86_64__) && defined(__GNUC__)
-__attribute__((target("avx2,fma"))) static void move_avx2(motion *m, particles *p)
+__attribute__((target("avx2,fma"))) static void move_avx2(motion *m, particles *p, size_t begin,
+                                                          size_t end)
 {
     if (m->outside)
-        move(m, p, 1);
+        move(m, p, begin, end, 1);
     else
-        move(m, p, 0);
+        move(m, p, begin, end, 0);
 }
 #endif
 
-void integrate(motion *m, particles *p)
+void integrate(motion *m, particles *p, size_t begin, size_t end)
 {
-    if (m->last) keep_force(m, p);
+    if (m->last) keep_force(m, p, begin, end);
 #if defined(__x86_64__) && defined(__GNUC__)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-        move_avx2(m, p);
+        move_avx2(m, p, begin, end);
         return;
     }
 #endif
-    move_plain(m, p);
+    move_plain(m, p, begin, end);
 }

@@ -10,13 +10,14 @@
 typedef struct motion {
     double dt;
     double gravity[3];
-    int outside;    /* nonzero: p->outside acts */
-    int last;       /* nonzero: keep the force, with the weight, in p->last */
-    double most[3]; /* out: largest square of each component of the velocity, m2/s2 */
-    int finite;     /* out: zero if some velocity is not finite */
+    int outside; /* nonzero: p->outside acts */
+    int last;    /* nonzero: keep the force, with the weight, in p->last */
+    /* Zero at the beginning of a step: */
+    double most[3]; /* largest square of each component of the velocity, m2/s2 */
+    int lost;       /* nonzero: some velocity is not finite */
 } motion;
 
-/* Moves the particles, adds to p->impulse and zeroes p->force for the next sum. */
-void integrate(motion *m, particles *p);
+/* Moves the particles begin...end-1, adds to p->impulse and zeroes p->force for the next sum. */
+void integrate(motion *m, particles *p, size_t begin, size_t end);
 
 #endif

@@ -318,14 +318,10 @@ static void load_wall(wall_body *b, const double x[3], const double force[3],
     for (int a = 0; a < 3; a++) b->load[a] -= force[a];
 }
 
-void sum_wall_forces(wall_forces *job, walls *w, particles *p)
+void sum_wall_forces(wall_forces *job, walls *w, particles *p, size_t end)
 {
-    job->contacts = 0;
-    job->overlap = 0;
-    job->springs = (spring_energy){0};
-    memset(job->on_particles, 0, sizeof job->on_particles);
-    for (size_t k = 0; k < w->n_entry; k++) {
-        wall_entry *e = &w->entry[k];
+    for (; job->next < w->n_entry && w->entry[job->next].particle < end; job->next++) {
+        wall_entry *e = &w->entry[job->next];
         double gradient[3], torque[3];
         double r = p->pos[e->particle][3];
         double phi = distance_now(w, e->wall, e->part, p->pos[e->particle], gradient);

@@ -55,7 +55,8 @@ typedef struct wall_forces {
     double dt;
     const extras *extras;   /* models beyond the plain law, or NULL */
     balance *balance;       /* where its parts go, if it is kept */
-    size_t contacts;        /* out */
+    size_t next;            /* entry of the list that the loop goes on from */
+    size_t contacts;        /* out, like all below: zero at the beginning */
     double overlap;         /* out: largest overlap / radius */
     double on_particles[3]; /* out: sum of the forces */
     spring_energy springs;  /* out, if the balance is kept */
@@ -107,8 +108,9 @@ void walls_renumber(walls *w, const uint32_t *place);
 double walls_overlap(const walls *w, size_t n, const double (*pos)[4]);
 /* The same of one sphere, and, unless NULL, the wall that makes it. */
 double walls_deepest(const walls *w, const double pos[4], size_t *wall);
-/* Adds to p->force and to the loads of the walls. */
-void sum_wall_forces(wall_forces *job, walls *w, particles *p);
+/* Adds to p->force and to the loads of the walls, for the particles from where the last call left
+ * off to end-1. */
+void sum_wall_forces(wall_forces *job, walls *w, particles *p, size_t end);
 /* Energy of normal springs and cohesion, J; the others are added to `s`. */
 double walls_elastic(const walls *w, const particles *p, const coefficient *table, int n_material,
                      const extras *x, spring_energy *s);
