@@ -213,10 +213,12 @@ cpl_status exchange_new(MPI_Comm comm, const cpl_mesh *part, char *text, exchang
     x->lent.first = calloc(ranks + 1, sizeof *x->lent.first);
     x->borrowed.first = calloc(ranks + 1, sizeof *x->borrowed.first);
     if (alone || !x->lent.first || !x->borrowed.first) status = no_memory(x, text);
+    status = team_agree(&x->team, status, text, NULL);
+    if (status) return status;
     const int64_t own = (int64_t)x->own;
     MPI_Allreduce(&own, &x->total, 1, MPI_INT64_T, MPI_SUM, x->team.comm);
     x->block = x->total / x->team.ranks + 1;
-    if (!status) status = check_ids(x, part, text);
+    status = check_ids(x, part, text);
     if (!status && copy_part(x, part)) status = no_memory(x, text);
     status = make_directory(x, status, text);
     if (!status) share_bounds(x);

@@ -96,8 +96,8 @@ static int number_over(cpl_map *map, packing *k)
     return !k->over;
 }
 
-/* CPL_FULL if all cells together cannot hold the solid. *any: whether a cell is over the limit. */
-static cpl_status weigh(cpl_map *map, size_t n_over, int *any)
+/* CPL_FULL if all cells together cannot hold the solid. */
+static cpl_status weigh(cpl_map *map, size_t n_over)
 {
     double sum[3] = {(double)n_over, 0, 0};
     for (size_t c = 0; c < map->own; c++) {
@@ -105,7 +105,6 @@ static cpl_status weigh(cpl_map *map, size_t n_over, int *any)
         sum[excess > 0 ? 1 : 2] += excess > 0 ? excess : -excess;
     }
     MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPI_DOUBLE, MPI_SUM, map->exchange->team.comm);
-    *any = sum[0] > 0;
     if (!(sum[1] > sum[2])) return CPL_OK;
     snprintf(map->message, sizeof map->message,
              "%.0f cells hold %g m3 of solid more than the packing limit %g allows, and all others "
@@ -114,19 +113,21 @@ static cpl_status weigh(cpl_map *map, size_t n_over, int *any)
     return CPL_FULL;
 }
 
-/* What has to be known of the cells anew when some were fetched: solid volume and borrowers. */
+/* What has to be known of the cells at first and when some were fetched, behind `known` of them:
+ * solid volume and borrowers. */
 static cpl_status survey(cpl_map *map, packing *k, size_t known)
 {
     exchange *x = map->exchange;
     double *solid = realloc(k->solid, x->n * sizeof *solid + 1);
     if (solid) k->solid = solid;
+    if (solid && known == 0) memcpy(solid, map->solid, x->own * sizeof *solid);
     free(k->borrower_of), free(k->borrower);
     size_t *first = k->borrower_of = calloc(x->own + 2, sizeof *first);
     k->borrower = malloc(x->lent.n * sizeof *k->borrower + 1);
     cpl_status status = solid && first && k->borrower ? CPL_OK : no_memory(map);
     status = team_agree(&x->team, status, map->message, NULL);
     if (status) return status;
-    for (size_t c = known; c < x->n; c++) map->over[c] = -1;
+    for (size_t c = known ? known : x->own; c < x->n; c++) map->over[c] = -1;
     exchange_borrow(x, 1, solid);
     for (size_t i = 0; i < x->lent.n; i++) first[x->lent.cell[i] + 2]++;
     for (size_t c = 0; c < x->own; c++) first[c + 2] += first[c + 1];
@@ -326,7 +327,7 @@ static cpl_status share(cpl_map *map, packing *k)
 static cpl_status settle(cpl_map *map, packing *k)
 {
     exchange *x = map->exchange;
-    cpl_status status = survey(map, k, x->n);
+    cpl_status status = survey(map, k, 0);
     for (int news = 1; news && !status;) {
         const size_t known = x->n;
         status = decide(map, k);
@@ -345,16 +346,14 @@ static cpl_status settle(cpl_map *map, packing *k)
 cpl_status map_pack_ranks(cpl_map *map)
 {
     packing k = {0};
-    int any = 0;
     cpl_status status = number_over(map, &k) ? no_memory(map) : CPL_OK;
+    int any = k.n_over > 0;
     map->report.moved_volume = 0;
     map->report.full_cells = k.n_over;
-    if (!status && !(k.solid = malloc(map->mesh.n * sizeof *k.solid + 1))) status = no_memory(map);
-    if (!status) memcpy(k.solid, map->solid, map->mesh.n * sizeof *k.solid);
-    status = team_agree(&map->exchange->team, status, map->message, NULL);
-    if (!status) status = weigh(map, k.n_over, &any);
+    status = team_agree(&map->exchange->team, status, map->message, &any);
     if (!status && any) {
-        status = settle(map, &k);
+        status = weigh(map, k.n_over);
+        if (!status) status = settle(map, &k);
         if (!status) status = share(map, &k);
         if (!status) cpl_map_sum_solid(map);
     }

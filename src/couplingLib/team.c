@@ -20,13 +20,14 @@ int team_new(MPI_Comm comm, team *team)
     MPI_Comm_rank(team->comm, &team->rank);
     MPI_Comm_size(team->comm, &team->ranks);
     team->request = malloc(2 * (size_t)team->ranks * sizeof *team->request);
+    team->count = malloc(2 * (size_t)team->ranks * sizeof *team->count);
     team->seconds = 0;
-    return !team->request;
+    return !team->request || !team->count;
 }
 
 void team_free(team *team)
 {
-    free(team->request);
+    free(team->request), free(team->count);
     MPI_Comm_free(&team->comm);
 }
 
@@ -93,26 +94,33 @@ static cpl_status no_memory(char *text)
     return CPL_NO_MEMORY;
 }
 
+/* Tell everyone how many blocks to expect, or that this rank is not well: whether all are. */
+static int tell_counts(team *team, int well, const parcel *out, uint64_t *mine, uint64_t *theirs)
+{
+    const double start = MPI_Wtime();
+    const size_t ranks = (size_t)team->ranks;
+    for (size_t r = 0; r < ranks; r++)
+        mine[r] = well ? out->first[r + 1] - out->first[r] : UINT64_MAX;
+    MPI_Alltoall(mine, 1, MPI_UINT64_T, theirs, 1, MPI_UINT64_T, team->comm);
+    for (size_t r = 0; r < ranks; r++) well = well && theirs[r] != UINT64_MAX;
+    team->seconds += MPI_Wtime() - start;
+    return well;
+}
+
 cpl_status team_send(team *team, cpl_status status, char *text, size_t size, const parcel *out,
                      parcel *in)
 {
-    const size_t ranks = (size_t)team->ranks;
     memset(in, 0, sizeof *in);
-    uint64_t *mine = malloc(2 * ranks * sizeof *mine), *theirs = mine + ranks;
-    in->first = calloc(ranks + 1, sizeof *in->first);
-    if (!status && (!mine || !in->first)) status = no_memory(text);
-    status = team_agree(team, status, text, NULL);
-    if (!status) {
-        const double start = MPI_Wtime();
-        for (size_t r = 0; r < ranks; r++) mine[r] = out->first[r + 1] - out->first[r];
-        MPI_Alltoall(mine, 1, MPI_UINT64_T, theirs, 1, MPI_UINT64_T, team->comm);
-        team->seconds += MPI_Wtime() - start;
-        in->n = counts_to_first(team, theirs, in->first);
+    in->first = calloc((size_t)team->ranks + 1, sizeof *in->first);
+    if (!status && !in->first) status = no_memory(text);
+    const int well = tell_counts(team, !status, out, team->count, team->count + team->ranks);
+    if (well) {
+        in->n = counts_to_first(team, team->count + team->ranks, in->first);
         in->data = malloc(in->n * size + 1);
-        status = team_agree(team, in->data ? CPL_OK : no_memory(text), text, NULL);
-        if (!status) team_pass(team, size, out->first, out->data, in->first, in->data);
+        if (!in->data) status = no_memory(text);
     }
-    free(mine);
+    status = team_agree(team, status, text, NULL);
+    if (!status) team_pass(team, size, out->first, out->data, in->first, in->data);
     return status;
 }
 

@@ -16,6 +16,7 @@ typedef struct team {
     MPI_Comm comm;
     int rank, ranks;
     MPI_Request *request; /* [2 ranks] */
+    uint64_t *count;      /* [2 ranks], of blocks to and from them */
     double seconds;       /* wall-clock in here, s */
 } team;
 
