@@ -136,7 +136,8 @@ static dem_status pack(job *j, size_t n, int64_t *placed, double *overlap)
 {
     const dem_status status =
         packing_random(&j->room, n, j->made->radius, j->old.n, (const double(*)[3])j->old.x,
-                       j->old.r, j->rng, j->made->x, placed, overlap);
+                       j->old.r, j->rng, j->place->sim, j->made->x, placed, overlap);
+    j->agreed = status != DEM_OK;
     if (status == DEM_NO_MEMORY) return out_of_memory(j);
     if (status != DEM_OK) return refuse(j, "%zu particles are too many for one rank", n);
     return DEM_OK;

@@ -39,15 +39,27 @@ void packing_separation(const packing_room *room, const double a[3], const doubl
 int packing_draw(const packing_room *room, double radius, int draws, const gsl_rng *rng,
                  double x[3]);
 
+/* Move a centre to where its sphere is within the room, one bound after the other. */
+void packing_inside(const packing_room *room, double radius, double x[3]);
+
 /**
  * Place n spheres of radii r at random in the room, clear of n_old fixed ones; large ones first
  * makes it easy. *placed is n when all found room. Otherwise x means nothing and *placed is how
  * many are clear of one another at the end of the search, with *overlap the largest overlap left
- * (of the distance of touching), or -1 when not even a single centre was found.
+ * (of the distance of touching), or -1 when not even a single centre was found. All ranks of `sim`
+ * (NULL: this one alone) give and get the same; collective, agreed upon.
  */
 dem_status packing_random(const packing_room *room, size_t n, const double *r, size_t n_old,
                           const double (*x_old)[3], const double *r_old, const gsl_rng *rng,
-                          double (*x)[3], int64_t *placed, double *overlap);
+                          dem_sim *sim, double (*x)[3], int64_t *placed, double *overlap);
+
+/**
+ * Push the first n of `all` spheres in the room until they are clear of each other and of the rest,
+ * which stay; *clear says whether that was reached, *overlap is the largest left. As above, the
+ * ranks share the work. packing_push.c
+ */
+dem_status packing_push(const packing_room *room, size_t n, size_t all, double (*x)[3],
+                        const double *r, dem_sim *sim, int *clear, double *overlap);
 
 /* Whether a sphere at x comes nearer to one in the grid than by `tolerance` of touching: overlap
  * allowed above, distance wanted below zero. */

@@ -249,6 +249,40 @@ static void from_nothing(void **unused)
     run(0, 1, 30);
 }
 
+/* Dense packings, pushed apart in blocks that ranks share: of one size round a periodic box, and in
+ * a smaller one of two kinds that keep clear of what is there already. */
+static void packed(void **unused)
+{
+    (void)unused;
+    for (int two = 0; two < 2; two++) {
+        dem_sim *sim[2];
+        for (int k = 0; k < 2; k++) {
+            chute c;
+            make_chute(&c, 0, 0);
+            for (int a = 0; a < 3; a++) c.param.periodic[a] = !two;
+            c.param.n_wall = 0;
+            dem_insertion ins[2] = {{.name = "block", .diameter = .0063, .solid_fraction = .43},
+                                    {.name = "upon", .n_species = 2, .solid_fraction = .37}};
+            ins[0].kind = ins[1].kind = DEM_INSERT_RANDOM;
+            ins[0].number = ins[1].number = -1;
+            ins[0].species = ins[1].species = c.species;
+            set_box(&ins[0].region, ins[0].lo, ins[0].hi, LO,
+                    two ? (const double[3]){HI[0], HI[1], .04} : HI);
+            set_box(&ins[1].region, ins[1].lo, ins[1].hi, (const double[3]){-.04, -.04, .035},
+                    (const double[3]){.05, .05, .16});
+            c.param.n_insertion = two ? 2 : 1;
+            c.param.insertion = ins;
+            if (!two) dem_sdf_free(ins[1].region);
+            for (int w = 0; w < 2; w++) dem_sdf_free(c.wall[w].shape);
+            if (dem_new(k ? MPI_COMM_SELF : MPI_COMM_WORLD, &c.param, &sim[k]))
+                fail_msg("%s", dem_message(sim[k]));
+        }
+        assert_true(assert_same_particles(sim[0], MPI_COMM_WORLD, sim[1]) > 4000);
+        dem_free(sim[0]);
+        dem_free(sim[1]);
+    }
+}
+
 /* A lattice that is too narrow, by a point whose neighbour another rank has, is refused by all. */
 static void refused(void **unused)
 {
@@ -270,6 +304,7 @@ int main(int argc, char **argv)
     MPI_Init(&argc, &argv);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(refused),
+        cmocka_unit_test(packed),
         cmocka_unit_test(all_together),
         cmocka_unit_test(from_nothing),
     };

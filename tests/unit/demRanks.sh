@@ -7,7 +7,7 @@ build="${1:?build directory}/tests"
 command -v mpirun >/dev/null || exit 77
 # A failure on one rank must end the others, which wait for it: abort, and mpirun does the rest.
 export CMOCKA_TEST_ABORT=1
-for program in demBandRanks; do
+for program in demBandRanks demFeedRanks; do
     for ranks in 2 3 4; do
         timeout 120 mpirun --oversubscribe -n "$ranks" "$build/unit_$program"
     done
