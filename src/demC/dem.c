@@ -148,19 +148,31 @@ static dem_status run_insertion(dem_sim *sim, const dem_insertion *ins)
     return status;
 }
 
-dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
+/* A simulation of these ranks, empty; NULL on all of them if one has no memory. */
+static dem_sim *new_sim(MPI_Comm comm)
 {
-    dem_sim *sim = *out = calloc(1, sizeof *sim);
-    if (!sim) return DEM_NO_MEMORY;
-    sim->comm = MPI_COMM_NULL;
+    dem_sim *sim = calloc(1, sizeof *sim);
+    int all = sim != NULL;
+    MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_MIN, comm);
+    if (!all) {
+        free(sim);
+        return NULL;
+    }
     MPI_Comm_rank(comm, &sim->rank);
     MPI_Comm_size(comm, &sim->ranks);
     MPI_Comm_dup(comm, &sim->comm);
     sim->report.imbalance = 1;
+    return sim;
+}
+
+dem_status dem_new(MPI_Comm comm, const dem_param *param, dem_sim **out)
+{
+    dem_sim *sim = *out = new_sim(comm);
+    if (!sim) return DEM_NO_MEMORY;
     dem_status status = check_param(sim, param);
     if (!status) status = copy_param(sim, param);
-    if (!status) status = domain_init(sim);
     status = agree(sim, status);
+    if (!status) status = agree(sim, domain_init(sim));
     if (!status) status = walls_sample_for(sim, param);
     for (size_t k = 0; k < param->n_insertion && !status && !param->restart; k++)
         status = run_insertion(sim, &param->insertion[k]);
@@ -454,12 +466,28 @@ static void set_clock(dem_sim *sim, double time)
     walls_move(&sim->walls, time, 0);
 }
 
+/* What is asked for can be done, and is the same on all ranks. */
+static dem_status check_advance(dem_sim *sim, double dt, int substeps)
+{
+    dem_status status = DEM_OK;
+    if (!(dt > 0) || !isfinite(dt))
+        status = fail(sim, DEM_BAD_ARGUMENT, "time step %g s must be > 0", dt);
+    else if (substeps < 0)
+        status = fail(sim, DEM_BAD_ARGUMENT, "%d sub-steps", substeps);
+    status = agree(sim, status);
+    if (status) return status;
+    double most[4] = {dt, -dt, substeps, -substeps};
+    max_reals(sim, most, 4);
+    if (most[0] == -most[1] && most[2] == -most[3]) return DEM_OK;
+    return fail(sim, DEM_BAD_ARGUMENT,
+                "ranks were told different steps: %g to %g s, %g to %g sub-steps", -most[1],
+                most[0], -most[3], most[2]);
+}
+
 dem_status dem_advance(dem_sim *sim, double dt, int substeps)
 {
-    if (!(dt > 0) || !isfinite(dt))
-        return fail(sim, DEM_BAD_ARGUMENT, "time step %g s must be > 0", dt);
-    if (substeps < 0) return fail(sim, DEM_BAD_ARGUMENT, "%d sub-steps", substeps);
-    dem_status status = choose_substeps(sim, dt, &substeps);
+    dem_status status = check_advance(sim, dt, substeps);
+    if (!status) status = choose_substeps(sim, dt, &substeps);
     if (status) return status;
     clear_sums(sim);
     double end = sim->time + dt;
