@@ -125,8 +125,8 @@ void case_read_control(const char *directory, case_control *control, case_errors
 void case_read_run(const char *directory, case_control *control, case_errors *errors);
 /* Where startFrom lets a run start: a key, or the time directories there are. */
 double case_start_time(const case_dict *dict, const char *directory, case_errors *errors);
-/* Of a controlDict that has been read only what any solver needs: deltaT, and endTime after
- * start_time. The rest as if output were wanted at the end alone. */
+/* Of a controlDict that has been read only what any solver needs: deltaT, endTime after start_time,
+ * and restart. The rest as if output were wanted at the end alone. */
 void case_control_of(const case_dict *dict, double start_time, case_control *control,
                      case_errors *errors);
 /* Where a run that can go on from a restart file starts: finds control->restart, and start_time is

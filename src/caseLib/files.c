@@ -173,6 +173,7 @@ void case_control_of(const case_dict *dict, double start_time, case_control *con
     control->start_time = start_time;
     control->write_interval = control->end_time - start_time;
     check_end(dict, control, errors);
+    read_restart(dict, control, errors);
 }
 
 static void read_control(const char *directory, int restarts, case_control *control,

@@ -136,10 +136,13 @@ int main(int argc, char *argv[])
         if (runTime.writeTime())
         {
             particles.write();
+            particles.writeRestart();
         }
 
         runTime.printExecutionTime(Info);
     }
+
+    particles.logShares();
 
     Info<< "End\n" << endl;
 

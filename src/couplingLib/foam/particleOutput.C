@@ -87,8 +87,10 @@ void particlePhase::log
 (
     const scalar courant,
     const scalar secondsFluid
-) const
+)
 {
+    secondsFluid_ += secondsFluid;
+
     const Time& runTime = mesh_.time();
     char line[1024];
 
@@ -106,6 +108,15 @@ void particlePhase::log
     );
 
     Info<< line << endl;
+}
+
+
+void particlePhase::logShares() const
+{
+    char text[1024];
+
+    phase_shares(phase_, text, sizeof text, secondsFluid_, secondsElapsed());
+    Info<< text << endl;
 }
 
 
@@ -251,6 +262,9 @@ void particlePhase::writeCloud() const
         reinterpret_cast<const double (*)[3]>(rows.x.cdata()),
         cell
     );
+
+    // origId counts from output to output otherwise, and from run to run anew
+    particle::particleCount_ = 0;
 
     passiveParticleCloud particles
     (

@@ -99,7 +99,7 @@ static case_control readControl(const Time& runTime, case_errors* errors)
 {
     dictionary times;
 
-    for (const char* key : {"deltaT", "endTime"})
+    for (const char* key : {"deltaT", "endTime", "restart"})
     {
         const entry* e = runTime.controlDict().findEntry(key);
         if (e)
@@ -119,6 +119,19 @@ static case_control readControl(const Time& runTime, case_errors* errors)
     if (dict)
     {
         case_control_of(dict, runTime.startTime().value(), &control, errors);
+
+        const case_dict* restart = case_sub(dict, "restart", 0, errors);
+        if (restart && case_has(restart, "interval"))
+        {
+            case_note
+            (
+                errors,
+                "system/controlDict",
+                case_dict_line(restart, "interval"),
+                "restart.interval: felmiFoam writes restart files with its"
+                " fields, whatever is said here"
+            );
+        }
         case_dict_free(dict);
     }
 
@@ -140,33 +153,15 @@ static void checkFluid(const Time& runTime, case_errors* errors)
 }
 
 
-// Particles begin with demProperties: state of an earlier run is not lost in
-// silence.
-static void refuseRestart(const Time& runTime)
-{
-    const fileName earlier(runTime.timePath()/"lagrangian"/"particles");
-
-    if (returnReduce(isDir(earlier), orOp<bool>()))
-    {
-        stopRun
-        (
-            "system/controlDict: startTime: time " + runTime.timeName()
-          + " holds the particles of an earlier run, which this release cannot"
-            " take up; start from a time without " + earlier
-        );
-    }
-}
-
-
 void particlePhase::readCase(const vector& g)
 {
     const Time& runTime = mesh_.time();
-    refuseRestart(runTime);
+    findRestart();
 
     const case_mesh mesh = cells_.summary();
     case_errors* errors = case_errors_new();
 
-    const case_control control = readControl(runTime, errors);
+    control_ = readControl(runTime, errors);
     checkFluid(runTime, errors);
 
     case_dict* dict = caseDict(runTime, "demProperties", errors);
@@ -194,7 +189,7 @@ void particlePhase::readCase(const vector& g)
 
     if (!case_errors_count(errors))
     {
-        case_check(&control, &mesh, &dem_, &coupling_, errors);
+        case_check(&control_, &mesh, &dem_, &coupling_, errors);
     }
 
     if (case_errors_count(errors))
@@ -224,10 +219,12 @@ particlePhase::particlePhase
 :
     mesh_(mesh),
     cells_(mesh),
+    control_(),
     dem_(),
     coupling_(cpl_param_default()),
     phase_(nullptr),
-    rho_(rho.value())
+    rho_(rho.value()),
+    secondsFluid_(0)
 {
     const ieeeArithmetic noTraps;
     readCase(g);
@@ -241,9 +238,13 @@ particlePhase::particlePhase
     param.rho = rho_;
     param.mu = rho_*nu;
     param.ledger = ledger.c_str();
+    dem_.param.restart = restart_.empty() ? nullptr : restart_.c_str();
 
-    check(phase_new(comm, &param, &phase_));
-    dem_set_time(phase_engine(phase_), mesh.time().value());
+    if (phase_new(comm, &param, &phase_))
+    {
+        stopNew();
+    }
+    setAside();
 }
 
 

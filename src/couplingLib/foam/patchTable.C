@@ -4,8 +4,12 @@
 \*---------------------------------------------------------------------------*/
 
 #include "patchTable.H"
-#include "OSspecific.H"
+#include "stopRun.H"
 #include "wallFvPatch.H"
+
+#include "cpl.h"
+
+#include <limits>
 
 namespace Foam
 {
@@ -14,7 +18,12 @@ namespace Foam
 static const int rowPrecision = 14;
 
 
-patchTable::patchTable(const volScalarField& p, const dimensionedScalar& rho)
+patchTable::patchTable
+(
+    const volScalarField& p,
+    const dimensionedScalar& rho,
+    const bool again
+)
 :
     p_(p),
     rho_(rho.value())
@@ -39,23 +48,43 @@ patchTable::patchTable(const volScalarField& p, const dimensionedScalar& rho)
         return;
     }
 
-    const fileName folder(p.time().globalPath()/"postProcessing"/"felmiFoam");
-    const fileName path(folder/"solver.csv");
-    const bool append = p.time().value() > 0 && isFile(path);
+    const fileName path
+    (
+        p.time().globalPath()/"postProcessing"/"felmiFoam"/"solver.csv"
+    );
 
-    mkDir(folder);
-    file_.open(path, append ? std::ios::app : std::ios::trunc);
-    file_.precision(rowPrecision);
-
-    if (!append)
+    string head("time,deltaT,courant,iterations,residual");
+    for (const label patchi : open_)
     {
-        file_ << "time,deltaT,courant,iterations,residual";
-        for (const label patchi : open_)
-        {
-            file_ << ",p_" << p.mesh().boundary()[patchi].name();
-        }
-        file_ << ",height\n";
+        head += ",p_" + p.mesh().boundary()[patchi].name();
     }
+    head += ",height\n";
+
+    char message[1024];
+    const scalar from =
+        again ? p.time().value() : std::numeric_limits<scalar>::quiet_NaN();
+
+    std::FILE* table =
+        cpl_table_open
+        (
+            path.c_str(),
+            head.c_str(),
+            from,
+            message,
+            sizeof message
+        );
+    if (!table)
+    {
+        stopRun(message);
+    }
+    if (message[0])
+    {
+        Info<< path.name() << ": " << message << nl << endl;
+    }
+    std::fclose(table);
+
+    file_.open(path, std::ios::app);
+    file_.precision(rowPrecision);
 }
 
 
