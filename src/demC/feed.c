@@ -150,17 +150,17 @@ dem_status feeders_init(dem_sim *sim, const dem_param *param)
     feeders *all = &sim->feeders;
     if (!param->n_feeder) return DEM_OK;
     all->feeder = calloc(param->n_feeder, sizeof *all->feeder);
-    if (!all->feeder) return no_memory(sim);
-    for (size_t k = 0; k < param->n_feeder; k++) {
+    dem_status status = all->feeder ? DEM_OK : no_memory(sim);
+    for (size_t k = 0; k < param->n_feeder && !status; k++) {
         feeder *f = &all->feeder[all->n++];
         f->given = param->feeder[k];
-        dem_status status = check_feeder(sim, &f->given);
+        status = check_feeder(sim, &f->given);
         if (!status) status = prepare(sim, f);
-        if (status) return status;
         f->origin = fmax(f->given.begin, sim->time);
     }
-    take_stock(sim);
-    return DEM_OK;
+    status = agree(sim, status);
+    if (!status) take_stock(sim);
+    return status;
 }
 
 void feeders_free(feeders *f, int free_regions)
@@ -318,20 +318,21 @@ static dem_status lay_grid(const dem_sim *sim, const feeder *f, crowd *c)
 static dem_status show_each_other(dem_sim *sim, dem_status status, crowd *c)
 {
     if (sim->ranks == 1) return status;
-    parcel x, r;
-    status = share_blocks(sim, status, c->n, c->x, sizeof *c->x, &x);
-    dem_status second = share_blocks(sim, status, c->n, c->r, sizeof *c->r, &r);
-    if (!second) {
-        free(c->x);
-        free(c->r);
-        c->n = c->capacity = x.n;
-        c->x = x.data;
-        c->r = r.data;
-        x.data = r.data = NULL;
+    parcel all;
+    double(*own)[4] = malloc((c->n + 1) * sizeof *own);
+    if (!status && !own) status = no_memory(sim);
+    for (size_t i = 0; i < c->n && !status; i++) {
+        memcpy(own[i], c->x[i], sizeof *c->x);
+        own[i][3] = c->r[i];
     }
-    parcel_free(&x);
-    parcel_free(&r);
-    return second;
+    status = share_blocks(sim, status, c->n, own, sizeof *own, &all);
+    const double(*sphere)[4] = all.data;
+    c->n = 0;
+    for (size_t i = 0; i < all.n && !status; i++)
+        if (crowd_append(c, sphere[i], sphere[i][3])) status = no_memory(sim);
+    parcel_free(&all);
+    free(own);
+    return status;
 }
 
 static dem_status gather(dem_sim *sim, const feeder *f, crowd *c)

@@ -31,7 +31,7 @@ typedef struct feeders {
     feeder *feeder;
 } feeders;
 
-/* The feeders of `param`; their message in error. */
+/* The feeders of `param`; their message in error. Collective, agreed upon. */
 dem_status feeders_init(dem_sim *sim, const dem_param *param);
 void feeders_free(feeders *f, int free_regions);
 /* The clock is set to `time`: nothing is due for what is jumped over. */

@@ -57,17 +57,16 @@ dem_status outlets_init(dem_sim *sim, const dem_param *param)
     outlets *all = &sim->outlets;
     if (!param->n_outlet) return DEM_OK;
     all->outlet = calloc(param->n_outlet, sizeof *all->outlet);
-    if (!all->outlet) return no_memory(sim);
-    for (size_t k = 0; k < param->n_outlet; k++) {
+    dem_status status = all->outlet ? DEM_OK : no_memory(sim);
+    for (size_t k = 0; k < param->n_outlet && !status; k++) {
         outlet *o = &all->outlet[all->n++];
         o->given = param->outlet[k];
         if (!o->given.region)
-            return fail(sim, DEM_BAD_ARGUMENT, "outlet %s has no region", o->given.name);
-        find_box(o);
-        const dem_status status = check_outlet(sim, o);
-        if (status) return status;
+            status = fail(sim, DEM_BAD_ARGUMENT, "outlet %s has no region", o->given.name);
+        if (!status) find_box(o);
+        if (!status) status = check_outlet(sim, o);
     }
-    return DEM_OK;
+    return agree(sim, status);
 }
 
 void outlets_free(outlets *o, int free_regions)

@@ -20,7 +20,7 @@ typedef struct outlets {
     outlet *outlet;
 } outlets;
 
-/* The outlets of `param`; their message in error. */
+/* The outlets of `param`; their message in error. Collective, agreed upon. */
 dem_status outlets_init(dem_sim *sim, const dem_param *param);
 void outlets_free(outlets *o, int free_regions);
 /* Take what is in them now. Collective, agreed upon. */
