@@ -100,7 +100,7 @@ cpl_status cpl_map_new_ranks(MPI_Comm comm, const cpl_mesh *mesh, cpl_map_model 
     MPI_Comm_size(comm, &ranks);
     if (ranks == 1 && in_order(mesh)) return cpl_map_new(mesh, model, packing_limit, result);
     cpl_map *map = *result = calloc(1, sizeof *map);
-    char text[TEXT] = "";
+    char text[TEXT] = "no memory for a map";
     exchange *exchange;
     cpl_status status = exchange_new(comm, mesh, text, &exchange);
     if (map) {
@@ -117,10 +117,12 @@ cpl_status cpl_map_new_ranks(MPI_Comm comm, const cpl_mesh *mesh, cpl_map_model 
         memcpy(text, map->message, sizeof text);
     }
     status = team_agree(&exchange->team, map ? status : CPL_NO_MEMORY, text, NULL);
-    if (map)
+    if (!map)
+        exchange_free(exchange);
+    else if (status)
         memcpy(map->message, text, sizeof text);
     else
-        exchange_free(exchange);
+        map->message[0] = 0;
     return status;
 }
 
