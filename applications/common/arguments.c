@@ -3,6 +3,7 @@
  * arguments.c - reads the command line in OpenFOAM's manner; two dashes will do as well.
  */
 #include "arguments.h"
+#include "message.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -23,7 +24,7 @@ const char *arguments_read(int argc, char **argv, const char *program, const cha
             return NULL;
         }
         if (strcmp(argument, "-case") != 0 || i + 1 == argc) {
-            fprintf(stderr, "%s: %s '%s'\n\n%s", program,
+            fprintf(message_stream(), "%s: %s '%s'\n\n%s", program,
                     strcmp(argument, "-case") == 0 ? "a directory must follow" : "unknown argument",
                     argv[i], help);
             *status = 2;

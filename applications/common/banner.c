@@ -5,6 +5,7 @@
 #include "banner.h"
 
 #include <math.h>
+#include <mpi.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -27,11 +28,14 @@ void banner_program(const char *program, const char *directory)
     gethostname(host, sizeof host - 1);
     if (localtime_r(&now, &local)) strftime(date, sizeof date, "%b %d %Y %H:%M:%S", &local);
     char *folder = realpath(directory, NULL);
+    int ranks;
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     snprintf(title, sizeof title,
              "felmiFoam %-10s particles in fluids: FELMI, component by component", case_version());
     printf("/*%s*\\\n|  %-73.73s  |\n\\*%s*/\n"
-           "Exec   : %s\nDate   : %s\nHost   : %s\nPID    : %ld\nCase   : %s\nnProcs : 1\n",
-           rule, title, rule, program, date, host, (long)getpid(), folder ? folder : directory);
+           "Exec   : %s\nDate   : %s\nHost   : %s\nPID    : %ld\nCase   : %s\nnProcs : %d\n",
+           rule, title, rule, program, date, host, (long)getpid(), folder ? folder : directory,
+           ranks);
     free(folder);
     banner_line();
 }

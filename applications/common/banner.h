@@ -5,7 +5,7 @@
 #ifndef FELMI_BANNER_H
 #define FELMI_BANNER_H
 
-/* Program, version, host and case, in a frame as OpenFOAM's. */
+/* Program, version, host, case and ranks, in a frame as OpenFOAM's; after MPI_Init. */
 void banner_program(const char *program, const char *directory);
 /* A line across the log. */
 void banner_line(void);

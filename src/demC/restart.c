@@ -3,7 +3,7 @@
  * restart.c - the state of a simulation in a file, and back.
  *
  * What the state is stands in tables: SCALAR of the simulation, COLUMN of the particles
- * (restart_particles.c), and PART, the functions that save and load what has a form of its own.
+ * (restart_particles.c), and CHAPTER, the functions that save and load what has a form of its own.
  * What follows from parameters (coefficients, shapes, motions, rates) is not state: a restart takes
  * it from the parameters it is given, so that they may be changed.
  *
@@ -40,6 +40,10 @@
     {                                                                                              \
         set, units, RECORD_REAL, offsetof(dem_sim, member)                                         \
     }
+#define PART(set, units, member)                                                                   \
+    {                                                                                              \
+        set, units, RECORD_PART, offsetof(dem_sim, member)                                         \
+    }
 #define LONG(set, member)                                                                          \
     {                                                                                              \
         set, "-", RECORD_INT64, offsetof(dem_sim, member)                                          \
@@ -69,17 +73,17 @@ static const restart_record SCALAR[] = {
     LONG("state/wallContacts", report.wall_contacts),
     REAL("state/reportedOverlap", "-", report.overlap),
     WHOLE("balance/on", balance.on),
-    REAL("balance/gravity", "J", balance.gravity),
-    REAL("balance/outside", "J", balance.outside),
-    REAL("balance/walls", "J", balance.walls),
-    REAL("balance/damping", "J", balance.damping),
-    REAL("balance/sliding", "J", balance.sliding),
-    REAL("balance/rolling", "J", balance.rolling),
-    REAL("balance/supply", "J", balance.supply),
-    REAL("balance/tangential", "J", balance.tangential),
-    REAL("balance/turned", "J", balance.turned),
+    PART("balance/gravity", "J", balance.gravity),
+    PART("balance/outside", "J", balance.outside),
+    PART("balance/walls", "J", balance.walls),
+    PART("balance/damping", "J", balance.damping),
+    PART("balance/sliding", "J", balance.sliding),
+    PART("balance/rolling", "J", balance.rolling),
+    PART("balance/supply", "J", balance.supply),
+    PART("balance/tangential", "J", balance.tangential),
+    PART("balance/turned", "J", balance.turned),
     WHOLE("balance/changed", balance.changed),
-    REAL("balance/elastic", "J", balance.elastic),
+    PART("balance/elastic", "J", balance.elastic),
 };
 
 /* ---- tools ----------------------------------------------------------------------------------- */
@@ -99,22 +103,28 @@ void restart_put_here(restart_job *job, const char *set, restart_kind kind, size
 void restart_put_records(restart_job *job, const restart_record *table, size_t n_table,
                          const void *base, size_t stride, size_t n)
 {
-    /* Eight bytes each, of either kind. */
-    int64_t *value = malloc((n + 1) * sizeof *value);
-    if (!value) restart_no_memory(job);
-    for (size_t t = 0; t < n_table; t++) {
+    double *real = malloc((n + 1) * sizeof *real);
+    int64_t *whole = malloc((n + 1) * sizeof *whole);
+    if (!real || !whole) restart_no_memory(job);
+    const int good = h5file_agree(&job->file->f);
+    for (size_t t = 0; t < n_table && good; t++) {
         const restart_record *r = &table[t];
-        for (size_t k = 0; k < n && value; k++) {
+        const int is_real = r->type == RECORD_REAL || r->type == RECORD_PART;
+        for (size_t k = 0; k < n; k++) {
             const char *member = (const char *)base + k * stride + r->at;
-            if (r->type == RECORD_INT)
-                value[k] = *(const int *)(const void *)member;
+            if (is_real)
+                memcpy(&real[k], member, sizeof *real);
+            else if (r->type == RECORD_INT64)
+                memcpy(&whole[k], member, sizeof *whole);
             else
-                memcpy(&value[k], member, sizeof *value);
+                whole[k] = *(const int *)(const void *)member;
         }
-        restart_put_here(job, r->set, r->type == RECORD_REAL ? RESTART_REAL : RESTART_WHOLE, n, 1,
-                         value, r->units);
+        if (r->type == RECORD_PART) sum_reals(job->sim, real, (int)n);
+        restart_put_here(job, r->set, is_real ? RESTART_REAL : RESTART_WHOLE, n, 1,
+                         is_real ? (void *)real : (void *)whole, r->units);
     }
-    free(value);
+    free(real);
+    free(whole);
 }
 
 void restart_get_records(restart_job *job, const restart_record *table, size_t n_table, void *base,
@@ -122,7 +132,7 @@ void restart_get_records(restart_job *job, const restart_record *table, size_t n
 {
     for (size_t t = 0; t < n_table; t++) {
         const restart_record *r = &table[t];
-        const int is_real = r->type == RECORD_REAL;
+        const int is_real = r->type == RECORD_REAL || r->type == RECORD_PART;
         const void *data =
             restart_get(job->file, r->set, is_real ? RESTART_REAL : RESTART_WHOLE, 1, &n);
         for (size_t k = 0; k < n && data; k++) {
@@ -131,6 +141,8 @@ void restart_get_records(restart_job *job, const restart_record *table, size_t n
             const int64_t *whole = data;
             if (r->type == RECORD_INT)
                 *(int *)(void *)member = (int)whole[k];
+            else if (r->type == RECORD_PART && job->sim->rank > 0)
+                memset(member, 0, sizeof(double));
             else
                 memcpy(member, (const char *)data + 8 * k, 8);
         }
@@ -325,13 +337,13 @@ static void save_scalars(restart_job *job)
     restart_put_records(job, SCALAR, LENGTH(SCALAR), job->sim, sizeof *job->sim, 1);
 }
 
-typedef struct part {
+typedef struct chapter {
     void (*save)(restart_job *job), (*load)(restart_job *job);
-} part;
+} chapter;
 
 /* In this order: the first must agree, histories refer to particles. Scalars are loaded at last
  * (settle), for the others change some of them. */
-static const part PART[] = {
+static const chapter CHAPTER[] = {
     {save_scalars, NULL},
     {save_model, load_model},
     {restart_save_particles, restart_load_particles},
@@ -373,8 +385,8 @@ dem_status dem_write_restart(dem_sim *sim, const char *directory, const char *na
                    sizeof sim->message);
     if (h5file_agree(&file.f)) restart_plan_saving(&job);
     int good = h5file_agree(&file.f);
-    for (size_t k = 0; k < LENGTH(PART) && good; k++) {
-        PART[k].save(&job);
+    for (size_t k = 0; k < LENGTH(CHAPTER) && good; k++) {
+        CHAPTER[k].save(&job);
         good = h5file_agree(&file.f);
     }
     free(job.row);
@@ -402,7 +414,7 @@ static dem_status settle(restart_job *job)
     balance_report(sim);
     /* A balance that begins now begins with what there is. */
     if (balanced && !was_balanced) {
-        sim->balance.supply += sim->report.energy.residual;
+        if (sim->rank == 0) sim->balance.supply += sim->report.energy.residual;
         balance_report(sim);
     }
     return check_inside(sim);
@@ -419,8 +431,8 @@ static dem_status load(restart_job *job)
     const double *sampled = restart_get(job->file, "walls/sampled", RESTART_REAL, 2, &one);
     if (!h5file_agree(f)) return DEM_IO;
     if (sampled[0] > 0) status = walls_sample_at(sim, sampled[0], sampled[1]);
-    for (size_t k = 0; k < LENGTH(PART) && !status; k++) {
-        if (PART[k].load) PART[k].load(job);
+    for (size_t k = 0; k < LENGTH(CHAPTER) && !status; k++) {
+        if (CHAPTER[k].load) CHAPTER[k].load(job);
         if (!h5file_agree(f)) return DEM_IO;
     }
     if (status) return status;

@@ -48,7 +48,12 @@ typedef struct restart_job {
 } restart_job;
 
 /* A member of a struct that is state: a dataset of one value a row. */
-typedef enum restart_type { RECORD_REAL, RECORD_INT64, RECORD_INT } restart_type;
+typedef enum restart_type {
+    RECORD_REAL,
+    RECORD_PART, /* a real of which every rank has a part */
+    RECORD_INT64,
+    RECORD_INT
+} restart_type;
 typedef struct restart_record {
     const char *set, *units;
     restart_type type;

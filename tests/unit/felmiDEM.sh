@@ -91,9 +91,4 @@ awk -F, '
 fresh
 sed -i 's/maximum .*/fixed 0.1;/' case/constant/demProperties
 expect 1 "fixed" felmiDEM -case case
-
-if command -v mpirun >/dev/null; then
-    fresh
-    expect 1 "one rank" mpirun --oversubscribe -n 2 felmiDEM -case case
-fi
 exit $bad

@@ -18,13 +18,15 @@
 
 #include <errno.h>
 #include <math.h>
+#include <mpi.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct books {
-    FILE *mass, *energy, *angular;
-    double mass_at_start; /* kg */
+    FILE *mass, *energy, *angular; /* on the first rank */
+    int has_mass;                  /* something comes or goes */
+    double mass_at_start;          /* kg */
 };
 
 static double mass_in_domain(const dem_sim *sim)
@@ -36,7 +38,9 @@ static double mass_in_domain(const dem_sim *sim)
         rest += sum >= view.mass[i] ? (sum - next) + view.mass[i] : (view.mass[i] - next) + sum;
         sum = next;
     }
-    return sum + rest;
+    double both[2] = {sum, rest};
+    sum_over_ranks(both, 2);
+    return both[0] + both[1];
 }
 
 /* ---- headers --------------------------------------------------------------------------------- */
@@ -85,22 +89,26 @@ static int begin(books *b, const char *directory, double from)
 books *books_new(const char *directory, dem_sim *sim, int balance, double from)
 {
     const int mass = dem_feeders(sim) + dem_outlets(sim) > 0;
+    int rank;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     books *b = calloc(1, sizeof *b);
     if (b == NULL) {
         message_stop("felmiDEM", "out of memory");
         return NULL;
     }
+    b->has_mass = mass;
+    /* The start is that of the first run: a restart file brings its mass along. */
+    if (dem_kept(sim, "massAtStart", 1, &b->mass_at_start) == 0) {
+        b->mass_at_start = mass_in_domain(sim);
+        dem_keep(sim, "massAtStart", 1, &b->mass_at_start);
+    }
+    if (rank > 0) return b;
     if (mass) b->mass = rows_open(directory, "massBalance.csv");
     if (balance) b->energy = rows_open(directory, "energy.csv");
     if (balance) b->angular = rows_open(directory, "angularMomentum.csv");
     if ((mass && b->mass == NULL) || (balance && (b->energy == NULL || b->angular == NULL))) {
         books_free(b);
         return NULL;
-    }
-    /* The start is that of the first run: a restart file brings its mass along. */
-    if (dem_kept(sim, "massAtStart", 1, &b->mass_at_start) == 0) {
-        b->mass_at_start = mass_in_domain(sim);
-        dem_keep(sim, "massAtStart", 1, &b->mass_at_start);
     }
     if (mass) head_mass(b->mass, sim);
     if (balance) head_balance(b->energy, b->angular);
@@ -113,7 +121,7 @@ books *books_new(const char *directory, dem_sim *sim, int balance, double from)
 
 /* ---- rows ------------------------------------------------------------------------------------ */
 
-static void write_mass(books *b, const dem_sim *sim)
+static void write_mass(books *b, const dem_sim *sim, double present)
 {
     double fed = 0., removed = 0.;
     fprintf(b->mass, "%.12g", dem_time(sim));
@@ -131,8 +139,7 @@ static void write_mass(books *b, const dem_sim *sim)
         fprintf(b->mass, ",%lld,%.15g", (long long)number, mass);
         removed += mass;
     }
-    const double present = mass_in_domain(sim);
-    fprintf(b->mass, ",%zu,%.15g,%.3g\n", dem_particles(sim).n, present,
+    fprintf(b->mass, ",%lld,%.15g,%.3g\n", (long long)dem_last_report(sim).particles, present,
             (present - b->mass_at_start) - (fed - removed));
 }
 
@@ -162,8 +169,9 @@ static void write_balance(books *b, const dem_sim *sim)
 int books_write(books *b, const dem_sim *sim)
 {
     int bad = 0;
+    const double present = b->has_mass ? mass_in_domain(sim) : 0.;
     if (b->mass != NULL) {
-        write_mass(b, sim);
+        write_mass(b, sim, present);
         bad |= fflush(b->mass) != 0;
     }
     if (b->energy != NULL) {

@@ -7,6 +7,9 @@
  * one. deltaT is the interval of the log and the time series; the engine divides it into equal
  * sub-steps of its own. deltaT is shortened so that output falls on whole steps (plan.c).
  *
+ * On several ranks (mpirun) every rank reads the case; the first one decides what to go on from,
+ * writes log and series, and moves files of earlier runs away. Where one rank fails, all stop.
+ *
  * A run goes on from <case>/restart/<time>.h5 where startFrom finds one, to the last bit as if it
  * had not been interrupted, if the case has not been changed.
  *
@@ -28,7 +31,8 @@
 static const char PROGRAM[] = "felmiDEM";
 static const char HELP[] =
     "felmiDEM: particles alone\n\n"
-    "usage: felmiDEM [-case <dir>] [-help] [-version]\n\n"
+    "usage: felmiDEM [-case <dir>] [-help] [-version]\n"
+    "       mpirun -np <ranks> felmiDEM [-case <dir>]\n\n"
     "  -case <dir>  directory of the case, default: the current one\n"
     "  -help        this text\n"
     "  -version     version number\n\n"
@@ -53,8 +57,22 @@ typedef struct run {
     books *books;
     progress progress;
     char snapshots[4096], restarts[4096];
+    int rank, ranks;
     double began; /* wall clock, s */
+    shares shares;
 } run;
+
+long long count_particles(const dem_sim *sim)
+{
+    long long n = (long long)dem_particles(sim).n;
+    MPI_Allreduce(MPI_IN_PLACE, &n, 1, MPI_LONG_LONG, MPI_SUM, MPI_COMM_WORLD);
+    return n;
+}
+
+void sum_over_ranks(double *x, int n)
+{
+    MPI_Allreduce(MPI_IN_PLACE, x, n, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+}
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
@@ -75,11 +93,13 @@ static int read_case(run *r)
         /* No fluid, so cells may be smaller than particles: the mesh is only a box here. */
         if (case_errors_count(errors) == 0) case_check(&r->control, NULL, &r->dem, NULL, errors);
     }
-    const int count = message_case(PROGRAM, errors);
-    if (count > 0 && dict != NULL) case_dem_free(&r->dem, 1);
+    const int bad = message_agree(message_case(PROGRAM, errors) > 0);
+    if (bad && dict != NULL) case_dem_free(&r->dem, 1);
     case_dict_free(dict);
     case_errors_free(errors);
-    return count > 0;
+    /* Whatever the others have seen of the directories: one decides. */
+    MPI_Bcast(&r->control, sizeof r->control, MPI_BYTE, 0, MPI_COMM_WORLD);
+    return bad;
 }
 
 /* ---- output ---------------------------------------------------------------------------------- */
@@ -89,22 +109,32 @@ static void name_time(const run *r, char name[32])
     case_time_name(&r->control, dem_time(r->sim), .01 * r->plan.delta_t, name, 32);
 }
 
+/* As all that asks the engine, the same on every rank. */
+static int told(run *r, dem_status status)
+{
+    if (status != DEM_OK) message_stop(PROGRAM, "%s", dem_message(r->sim));
+    return status != DEM_OK;
+}
+
 static int write_snapshot(run *r)
 {
     char name[32];
+    const double begin = MPI_Wtime();
     name_time(r, name);
-    if (dem_write_snapshot(r->sim, r->snapshots, name) == DEM_OK) return 0;
-    message_stop(PROGRAM, "%s", dem_message(r->sim));
-    return 1;
+    const int failed = told(r, dem_write_snapshot(r->sim, r->snapshots, name));
+    r->shares.output += MPI_Wtime() - begin;
+    return failed;
 }
 
 static int write_restart(run *r)
 {
     char name[32];
+    const double begin = MPI_Wtime();
     name_time(r, name);
-    if (dem_write_restart(r->sim, r->restarts, name, r->control.restart_keep) == DEM_OK) return 0;
-    message_stop(PROGRAM, "%s", dem_message(r->sim));
-    return 1;
+    const int keep = r->control.restart_keep;
+    const int failed = told(r, dem_write_restart(r->sim, r->restarts, name, keep));
+    r->shares.output += MPI_Wtime() - begin;
+    return failed;
 }
 
 /* What has come and gone since the start, where anything can. */
@@ -136,10 +166,13 @@ static void print_step(const run *r, long step, double seconds)
            (long long)report.particles);
     print_traffic(r->sim);
     printf("  substeps %d  contacts %lld + %lld wall  overlap %.2g%%  Ekin %.4g J  "
-           "[dem %.3g ms]  left %ld:%02ld:%02ld\n",
+           "[dem %.3g ms",
            report.substeps, (long long)report.contacts, (long long)report.wall_contacts,
-           100. * report.overlap, report.kinetic_energy, 1e3 * seconds, left / 3600, left / 60 % 60,
-           left % 60);
+           100. * report.overlap, report.kinetic_energy, 1e3 * seconds);
+    if (r->ranks > 1)
+        printf(", exchange %.0f%%, imbalance %.2f", 100. * report.seconds_exchange / seconds,
+               report.imbalance);
+    printf("]  left %ld:%02ld:%02ld\n", left / 3600, left / 60 % 60, left % 60);
     fflush(stdout);
 }
 
@@ -158,13 +191,14 @@ static int make_engine(run *r)
         return 1;
     }
     r->owned = 1;
+    const long long particles = count_particles(r->sim);
     if (*dem_message(r->sim) != '\0') printf("\n%s\n", dem_message(r->sim));
     if (!again) dem_set_time(r->sim, r->control.start_time);
     if (again)
-        printf("\nGo on from restart/%s, time %.12g s, with %zu particles\n", r->control.restart,
-               dem_time(r->sim), dem_particles(r->sim).n);
+        printf("\nGo on from restart/%s, time %.12g s, with %lld particles\n", r->control.restart,
+               dem_time(r->sim), particles);
     else
-        printf("\nCreated %zu particles\n", dem_particles(r->sim).n);
+        printf("\nCreated %lld particles\n", particles);
     return 0;
 }
 
@@ -174,8 +208,9 @@ static int start(run *r)
     snprintf(r->snapshots, sizeof r->snapshots, "%s/dem", r->directory);
     snprintf(r->restarts, sizeof r->restarts, "%s/restart", r->directory);
     start_case(&r->dem, &r->control);
-    if (make_engine(r) != 0 || restarts_set_aside(PROGRAM, r->directory, &r->control) != 0)
-        return 1;
+    if (make_engine(r) != 0) return 1;
+    int failed = r->rank == 0 && restarts_set_aside(PROGRAM, r->directory, &r->control) != 0;
+    if (message_agree(failed)) return 1;
     const double now = dem_time(r->sim);
     double origin = now;
     if (again) dem_kept(r->sim, "timeOrigin", 1, &origin);
@@ -187,9 +222,10 @@ static int start(run *r)
     dem_keep(r->sim, "timeOrigin", 1, &r->plan.origin);
     start_time_step(&r->dem, r->sim, r->plan.delta_t);
     r->record = record_new(r->directory, r->sim, r->dem.param.gravity, again ? now : NAN);
-    if (r->record == NULL) return 1;
+    if (message_agree(r->record == NULL)) return 1;
     r->books = books_new(r->directory, r->sim, r->dem.param.balance, again ? now : NAN);
-    return r->books == NULL || write_snapshot(r);
+    if (message_agree(r->books == NULL)) return 1;
+    return write_snapshot(r);
 }
 
 static int advance(run *r, long step)
@@ -201,8 +237,12 @@ static int advance(run *r, long step)
         return 1;
     }
     dem_set_time(r->sim, time); /* no rounding adds up */
-    print_step(r, step, MPI_Wtime() - before);
-    if (record_write(r->record, r->sim) != 0 || books_write(r->books, r->sim) != 0) return 1;
+    const double seconds = MPI_Wtime() - before;
+    const dem_report report = dem_last_report(r->sim);
+    shares_add(&r->shares, &report, seconds);
+    print_step(r, step, seconds);
+    const int recorded = record_write(r->record, r->sim), booked = books_write(r->books, r->sim);
+    if (message_agree(recorded != 0 || booked != 0)) return 1;
     const int last = step == p->steps;
     if ((step % p->per_output == 0 || last) && write_snapshot(r) != 0) return 1;
     const int restart = p->per_restart > 0 && (step % p->per_restart == 0 || last);
@@ -217,7 +257,12 @@ static int solve(run *r)
     r->began = MPI_Wtime();
     for (long step = r->plan.first + 1; step <= r->plan.steps && !failed; step++)
         failed = advance(r, step);
-    if (!failed) printf("\nEnd: %.1f s of wall clock\n", MPI_Wtime() - r->began);
+    const double all = MPI_Wtime() - r->began;
+    if (!failed && r->plan.steps > r->plan.first) {
+        const dem_report report = dem_last_report(r->sim);
+        shares_print(&r->shares, all, &report);
+    }
+    if (!failed) printf("\nEnd: %.1f s of wall clock\n", all);
     record_free(r->record);
     books_free(r->books);
     case_dem_free(&r->dem, !r->owned);
@@ -227,21 +272,17 @@ static int solve(run *r)
 
 int main(int argc, char **argv)
 {
-    int status = 0, ranks, rank;
-    const char *directory = arguments_read(argc, argv, PROGRAM, HELP, &status);
-    if (directory == NULL) return status;
+    run r = {.directory = NULL};
+    int status = 1;
     MPI_Init(&argc, &argv);
-    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
-    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-    if (ranks > 1) {
-        if (rank == 0)
-            message_stop(PROGRAM, "runs on one rank for now, not on %d: start it without mpirun",
-                         ranks);
-        status = 1;
-    } else {
-        banner_program(PROGRAM, directory);
-        run r = {.directory = directory};
-        status = solve(&r);
+    MPI_Comm_rank(MPI_COMM_WORLD, &r.rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &r.ranks);
+    if (message_agree(message_first_rank_speaks() != 0) == 0) {
+        r.directory = arguments_read(argc, argv, PROGRAM, HELP, &status);
+        if (r.directory != NULL) {
+            banner_program(PROGRAM, r.directory);
+            status = solve(&r);
+        }
     }
     MPI_Finalize();
     return status;

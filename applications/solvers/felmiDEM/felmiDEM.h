@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
  * felmiDEM.h - what the parts of the particles-only solver share.
+ *
+ * Every rank runs all of it, for the engine's functions are collective; the first one writes the
+ * series and the log (message.h). What returns whether it failed may do so on some ranks only,
+ * unless it says otherwise.
  */
 #ifndef FELMI_DEM_H
 #define FELMI_DEM_H
@@ -9,6 +13,11 @@
 
 #include "case.h"
 #include "dem.h"
+
+/* How many particles there are on all ranks. */
+long long count_particles(const dem_sim *sim);
+/* In place, over all ranks. */
+void sum_over_ranks(double *x, int n);
 
 /* start.c: what the log says of the case before the first step. */
 void start_case(const case_dem *dem, const case_control *control);
@@ -37,9 +46,10 @@ int rows_begin(FILE *file, const char *directory, const char *name, double from)
 /* record.c: time series in <case>/postProcessing. */
 typedef struct record record;
 
-/* NULL with the reason on stderr. gravity (m/s2) is for the potential energy; from: see rows.c. */
+/* On the first rank NULL with the reason on stderr. gravity (m/s2) is for the potential energy;
+ * from: see rows.c. */
 record *record_new(const char *directory, const dem_sim *sim, const double gravity[3], double from);
-/* One row of each file, after a step. 0, or -1 with the reason on stderr. */
+/* Collective: one row of each file, after a step. 0, or -1 with the reason on stderr. */
 int record_write(record *r, const dem_sim *sim);
 void record_free(record *r);
 
@@ -49,5 +59,14 @@ typedef struct books books;
 books *books_new(const char *directory, dem_sim *sim, int balance, double from);
 int books_write(books *b, const dem_sim *sim);
 void books_free(books *b);
+
+/* shares.c: what the time goes into. */
+typedef struct shares {
+    double force, neighbour, exchange, other; /* of the engine, s, sum over its calls */
+    double engine, output;                    /* wall clock, s */
+} shares;
+void shares_add(shares *s, const dem_report *report, double engine);
+/* A table for the end of the log. `all`: wall clock of the run, s. */
+void shares_print(const shares *s, double all, const dem_report *report);
 
 #endif

@@ -16,12 +16,13 @@
 
 #include <errno.h>
 #include <math.h>
+#include <mpi.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct record {
-    FILE *particles, *walls;
+    FILE *particles, *walls; /* on the first rank */
     double gravity[3];
 };
 
@@ -52,6 +53,9 @@ record *record_new(const char *directory, const dem_sim *sim, const double gravi
         return NULL;
     }
     memcpy(r->gravity, gravity, sizeof r->gravity);
+    int rank;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (rank > 0) return r;
     r->particles = rows_open(directory, "particles.csv");
     if (r->particles != NULL && dem_walls(sim) > 0)
         r->walls = rows_open(directory, "wallForces.csv");
@@ -77,11 +81,14 @@ static void write_particles(record *r, const dem_sim *sim)
 {
     const dem_view view = dem_particles(sim);
     const dem_report report = dem_last_report(sim);
-    double mass = 0., moment[3] = {0., 0., 0.}, potential = 0.;
+    double sum[4] = {0.}, potential = 0.;
     for (size_t i = 0; i < view.n; i++) {
-        mass += view.mass[i];
-        for (int k = 0; k < 3; k++) moment[k] += view.mass[i] * view.x[i][k];
+        for (int k = 0; k < 3; k++) sum[k] += view.mass[i] * view.x[i][k];
+        sum[3] += view.mass[i];
     }
+    sum_over_ranks(sum, 4);
+    if (r->particles == NULL) return;
+    const double *moment = sum, mass = sum[3];
     for (int k = 0; k < 3; k++) potential -= r->gravity[k] * moment[k];
     fprintf(r->particles, "%.12g,%lld,%lld,%lld,%.6g,%.10g,%.12g,%.12g,%.12g", dem_time(sim),
             (long long)report.particles, (long long)report.contacts,
@@ -137,6 +144,7 @@ static void write_wall(FILE *f, const dem_sim *sim, size_t w)
 int record_write(record *r, const dem_sim *sim)
 {
     write_particles(r, sim);
+    if (r->particles == NULL) return 0;
     int bad = fflush(r->particles) != 0;
     if (r->walls != NULL) {
         fprintf(r->walls, "%.12g", dem_time(sim));
