@@ -5,6 +5,8 @@
  * Samples are on a cubic grid of spacing h, in bricks of 8^3 cells. Only bricks that come within
  * the width of the band are there, so memory grows with the area over h^2. A brick has the nodes of
  * all its faces: an evaluation finds one brick by a hash table and reads eight neighbouring values.
+ * Who comes back step after step keeps the number of the brick, which need only be confirmed: the
+ * search waits for memory twice before the values can be asked for.
  *
  *     phi = sum_ijk w_i(a) w_j(b) w_k(c) phi_ijk,  w_0(a) = 1 - a, w_1(a) = a
  *
@@ -79,14 +81,26 @@ int band_has(const band *b, int part, const double x[3])
     return locate(b, x, c, cell, f) && find_brick(b, c, part) >= 0;
 }
 
-int band_eval(const band *b, int part, const double x[3], double *phi, double g[3])
+/* Brick at a place, or -1. */
+static int64_t find_again(const band *b, const int32_t c[3], int32_t part, uint32_t *hint)
+{
+    if (*hint > 0 && *hint <= b->n) {
+        const int32_t *p = b->place[*hint - 1];
+        if (p[0] == c[0] && p[1] == c[1] && p[2] == c[2] && p[3] == part) return (int64_t)*hint - 1;
+    }
+    const int64_t brick = find_brick(b, c, part);
+    *hint = (uint32_t)(brick + 1);
+    return brick;
+}
+
+int band_eval(const band *b, int part, const double x[3], double *phi, double g[3], uint32_t *hint)
 {
     enum { ROW = BRICK + 1, LAYER = ROW * ROW };
     int32_t c[3];
     int cell[3];
     double f[3];
     if (!locate(b, x, c, cell, f)) return 0;
-    const int64_t brick = find_brick(b, c, part);
+    const int64_t brick = hint ? find_again(b, c, part, hint) : find_brick(b, c, part);
     if (brick < 0) return 0;
     const int bit = (cell[2] * BRICK + cell[1]) * BRICK + cell[0];
     if (b->hidden[brick][bit / 64] >> (bit % 64) & 1) return -1;

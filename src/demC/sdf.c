@@ -420,7 +420,7 @@ double dem_sdf_eval(const dem_sdf *sdf, int part, const double x[3], double grad
     case SPHERE:
         return eval_sphere(sdf, x, gradient);
     case SURFACE:
-        return sdf_eval_surface(sdf, part, x, gradient);
+        return sdf_eval_surface(sdf, part, x, gradient, NULL);
     case UNION:
     case INTERSECTION:
     case TRANSFORM:
@@ -428,6 +428,13 @@ double dem_sdf_eval(const dem_sdf *sdf, int part, const double x[3], double grad
     default:
         return eval_round(sdf, part, x, gradient);
     }
+}
+
+double sdf_eval_again(const dem_sdf *sdf, int part, const double x[3], double gradient[3],
+                      uint32_t *hint)
+{
+    return sdf->kind == SURFACE ? sdf_eval_surface(sdf, part, x, gradient, hint)
+                                : dem_sdf_eval(sdf, part, x, gradient);
 }
 
 double dem_sdf_distance(const dem_sdf *sdf, const double x[3])

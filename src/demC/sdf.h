@@ -58,6 +58,10 @@ struct dem_sdf {
 
 /* A new shape of nothing but its kind and number of parts, or NULL. */
 dem_sdf *sdf_new(sdf_kind kind, int parts);
+/* dem_sdf_eval() for who comes back to about the same place: hint is 0 at first and then left
+ * alone. */
+double sdf_eval_again(const dem_sdf *sdf, int part, const double x[3], double gradient[3],
+                      uint32_t *hint);
 
 /**
  * Whether part `part` may come to be felt by a sphere about x whose radius and coming motion add up
@@ -86,7 +90,8 @@ dem_status sdf_sample(dem_sdf *sdf, double spacing, double width, const char *ca
 
 /* What dem_sdf_eval and the like come down to, by kind. */
 double sdf_eval_combined(const dem_sdf *sdf, int part, const double x[3], double g[3]);
-double sdf_eval_surface(const dem_sdf *sdf, int part, const double x[3], double g[3]);
+double sdf_eval_surface(const dem_sdf *sdf, int part, const double x[3], double g[3],
+                        uint32_t *hint);
 double sdf_distance_combined(const dem_sdf *sdf, const double x[3]);
 double sdf_distance_surface(const dem_sdf *sdf, const double x[3]);
 int sdf_near_combined(const dem_sdf *sdf, int part, const double x[3], double reach);

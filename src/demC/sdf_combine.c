@@ -356,7 +356,7 @@ static double bare_eval(const dem_sdf *s, int part, const double x[3], double g[
         from_member(s, g);
         return phi;
     case SURFACE:
-        return sdf_eval_surface(s, -1, x, g); /* the nearest of its parts */
+        return sdf_eval_surface(s, -1, x, g, NULL); /* the nearest of its parts */
     default:
         return dem_sdf_eval(s, part, x, g);
     }

@@ -92,14 +92,14 @@ static double eval_all(const dem_sdf *s, const double x[3], double g[3])
 {
     double least = SDF_HIDDEN, phi, gradient[3];
     for (int p = 0; p < s->parts; p++)
-        if (band_eval(s->band, p, x, &phi, gradient) > 0 && phi < least) {
+        if (band_eval(s->band, p, x, &phi, gradient, NULL) > 0 && phi < least) {
             least = phi;
             memcpy(g, gradient, sizeof gradient);
         }
     return least < SDF_HIDDEN ? least : eval_beyond(s, -1, x, g);
 }
 
-double sdf_eval_surface(const dem_sdf *s, int part, const double x[3], double g[3])
+double sdf_eval_surface(const dem_sdf *s, int part, const double x[3], double g[3], uint32_t *hint)
 {
     int hidden;
     double phi;
@@ -109,14 +109,14 @@ double sdf_eval_surface(const dem_sdf *s, int part, const double x[3], double g[
         return hidden ? SDF_HIDDEN : phi;
     }
     if (part < 0) return eval_all(s, x, g);
-    const int found = band_eval(s->band, part, x, &phi, g);
+    const int found = band_eval(s->band, part, x, &phi, g, hint);
     return found > 0 ? phi : found < 0 ? SDF_HIDDEN : eval_beyond(s, part, x, g);
 }
 
 double sdf_distance_surface(const dem_sdf *s, const double x[3])
 {
     double g[3];
-    return sdf_eval_surface(s, -1, x, g);
+    return sdf_eval_surface(s, -1, x, g, NULL);
 }
 
 /* Hidden parts are near, too: their nearest point tells, whoever answers there. */
@@ -131,7 +131,7 @@ int sdf_near_surface(const dem_sdf *s, int part, const double x[3], double reach
     if (!(reach > 0.) || d2 >= reach * reach) return reach > 0. ? 0 : 1;
     if (s->band != NULL && reach <= s->band->width) {
         double phi, g[3];
-        const int found = band_eval(s->band, part, x, &phi, g);
+        const int found = band_eval(s->band, part, x, &phi, g, NULL);
         if (found == 0) return 0;
         if (found > 0) return phi < reach + .25 * s->band->spacing; /* its error at edges */
     }

@@ -42,14 +42,15 @@ static void in_wall(const wall_body *body, const double x[3], double b[3])
         memcpy(b, x, 3 * sizeof *b);
 }
 
-/* Signed distance of part `part` of wall k, and its gradient, where the wall is now. */
-static double distance_now(const walls *w, int k, int part, const double x[3], double gradient[3])
+/* Signed distance of an entry's part, and its gradient, where the wall is now. */
+static double distance_now(const walls *w, wall_entry *e, const double x[3], double gradient[3])
 {
-    const wall_body *body = &w->body[k];
-    if (!body->moves) return dem_sdf_eval(w->wall[k].shape, part, x, gradient);
+    const dem_sdf *shape = w->wall[e->wall].shape;
+    const wall_body *body = &w->body[e->wall];
+    if (!body->moves) return sdf_eval_again(shape, e->part, x, gradient, &e->hint);
     double b[3], g[3];
     in_wall(body, x, b);
-    double phi = dem_sdf_eval(w->wall[k].shape, part, b, g);
+    double phi = sdf_eval_again(shape, e->part, b, g, &e->hint);
     pose_turn(&body->now, g, gradient);
     return phi;
 }
@@ -145,7 +146,7 @@ dem_status walls_list(walls *w, const particles *p, double margin, const uint32_
             double reach = p->pos[i][3] + margin + (w->body[k].moves ? w->slack : 0);
             if (c == 0 || k != w->near[c - 1].wall) in_wall(&w->body[k], p->pos[i], b);
             if (!sdf_near(w->wall[k].shape, part, b, reach)) continue;
-            wall_entry e = {{0}, {0}, (uint32_t)i, k, part, 0};
+            wall_entry e = {{0}, {0}, (uint32_t)i, k, part, 0, 0};
             while (old < w->n_before && by_particle(&w->before[old], &e) < 0) old++;
             if (old < w->n_before && by_particle(&w->before[old], &e) == 0) e = w->before[old];
             if ((status = walls_append(w, &e))) return status;
@@ -324,7 +325,7 @@ void sum_wall_forces(wall_forces *job, walls *w, particles *p, size_t end)
         wall_entry *e = &w->entry[job->next];
         double gradient[3], torque[3];
         double r = p->pos[e->particle][3];
-        double phi = distance_now(w, e->wall, e->part, p->pos[e->particle], gradient);
+        double phi = distance_now(w, e, p->pos[e->particle], gradient);
         if (!(phi < r)) {
             e->touch = 0;
             continue;
@@ -355,14 +356,14 @@ double walls_elastic(const walls *w, const particles *p, const coefficient *tabl
 {
     double sum = 0, gradient[3];
     for (size_t k = 0; k < w->n_entry; k++) {
-        const wall_entry *e = &w->entry[k];
+        wall_entry *e = &w->entry[k];
         const double *pos = p->pos[e->particle], r = pos[3];
         int pair = p->material[e->particle] * n_material + w->wall[e->wall].material;
         if (e->touch) {
             const double *m = x->rolling == DEM_ROLLING_EPSD ? e->rolling : NULL;
             add_springs(x->law, table[pair], x->table[pair], r, e->spring, m, s);
         }
-        double phi = distance_now(w, e->wall, e->part, pos, gradient);
+        double phi = distance_now(w, e, pos, gradient);
         if (!(phi < r)) continue;
         double a = x->law == DEM_HERTZ ? sqrt(r * (r - phi)) : 1;
         sum += normal_energy(x->law, table[pair].normal * a, r - phi);

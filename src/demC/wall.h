@@ -16,7 +16,8 @@ typedef struct wall_entry {
     double rolling[4]; /* rolling spring, likewise */
     uint32_t particle;
     int wall, part;
-    int touch; /* when the forces were last summed */
+    int touch;     /* when the forces were last summed */
+    uint32_t hint; /* sdf_eval_again() */
 } wall_entry;
 
 typedef struct wall_part {

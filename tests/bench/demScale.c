@@ -197,7 +197,7 @@ static void run_for(dem_sim *sim, int steps)
     }
 }
 
-/* First under twenty times their weight, which is soon done, at last under their own. */
+/* First under many times their weight, which is soon done, at last under their own. */
 static void settle(const char *kind, const char *path)
 {
     const int sizes = !strcmp(kind, "sizes"), boxed = !strcmp(kind, "boxed");
@@ -205,7 +205,7 @@ static void settle(const char *kind, const char *path)
     const double d = diameter;
     /* Mean volume over d^3 of diameters 1:4 in equal numbers: (4^4 - 1)/(4 x 3). */
     const double bulk = (double)n * d * d * d * M_PI / 6 * (sizes ? 21.25 : 1) / .45;
-    const double side = d * (sizes ? 80 : n < 100000 ? 13 * 1.04 : 40 * 1.04);
+    const double side = d * (sizes ? 160 : n < 100000 ? 13 * 1.04 : 40 * 1.04);
     const double size[3] = {side, side, 1.1 * bulk / (side * side)};
     const double lo[3] = {0, 0, 0}, hi[3] = {side, side, bulk / (side * side)};
     dem_species mixture = {.size = {.kind = DEM_SIZE_UNIFORM, .lo = d, .hi = 4 * d}, .share = 1};
@@ -222,9 +222,10 @@ static void settle(const char *kind, const char *path)
     /* What the spheres spring back with when the weight is taken off is stopped by beginning anew
      * from rest. */
     enum { STAGES = 24 };
+    const double first = sizes ? 8 : 20;
     for (int k = 0; k < STAGES; k++) {
-        const double weight = k ? fmax(1, 16 / pow(2, k)) : 20;
-        const int steps = k == 0 ? 6000 : k < STAGES - 1 ? 200 : 5000;
+        const double weight = k ? fmax(1, first / pow(2, k)) : first;
+        const int steps = k == 0 ? 6000 : k < STAGES - 1 ? 200 : 3000;
         dem_sim *sim = make(boxed ? "planes" : "floor", "linear", size, weight, k ? NULL : &fill);
         const bed b = k ? read_bed(path) : (bed){.n = 0};
         if (k) add_tiles(sim, &b, 1);

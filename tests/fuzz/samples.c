@@ -73,7 +73,7 @@ static void ask(const band *b)
         for (int a = 0; a < 3; a++)
             x[a] = q < 190 ? -.2 + .007 * ((q * (31 + 6 * a)) % 200) : 1e9 * (a - 1);
         for (int p = 0; p < tetrahedron->parts; p++) {
-            const int known = band_eval(b, p, x, &phi, g);
+            const int known = band_eval(b, p, x, &phi, g, NULL);
             REQUIRE(known >= -1 && known <= 1);
             REQUIRE((known != 0) == (band_has(b, p, x) != 0));
         }
