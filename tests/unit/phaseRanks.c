@@ -21,7 +21,7 @@
 static int rank, ranks;
 
 static const int cells[3] = {5, 4, 9};
-enum { CELLS = 5 * 4 * 9, PARTICLES = 700 };
+enum { CELLS = 5 * 4 * 9, PARTICLES = 700, MOST = 4 * PARTICLES };
 static const double h = .0027, origin[3] = {0, 0, 0}, spacing[3] = {.0027, .0027, .0027};
 
 static double uniform(uint64_t *state)
@@ -40,6 +40,9 @@ typedef struct bed {
     dem_pair pair;
     dem_insertion insertion;
     dem_wall wall[2];
+    dem_species species;
+    dem_feeder feeder;
+    dem_outlet outlet;
     dem_param dem;
     cpl_param coupling;
     double rho, mu;
@@ -89,11 +92,35 @@ static void fill(bed *b)
     dem->n_insertion = 1, dem->insertion = &b->insertion;
 }
 
-static int bed_new(MPI_Comm comm, int checkerboard, int liquid, double limit, bed *b)
+/* Particles rain in below the lid; the lowest layer takes those that come down there. */
+static void open_ends(bed *b)
+{
+    double lo[3] = {0, 0, 7.5 * h}, hi[3] = {cells[0] * h, cells[1] * h, 8.9 * h};
+    b->species = (dem_species){0, {.kind = DEM_SIZE_UNIFORM, .lo = .6e-3, .hi = 1e-3}, 1};
+    b->feeder = (dem_feeder){.name = "rain",
+                             .region = dem_sdf_box(lo, hi, 1),
+                             .n_species = 1,
+                             .species = &b->species,
+                             .number_rate = 2e4,
+                             .end = INFINITY,
+                             .mass = INFINITY,
+                             .number = -1,
+                             .velocity = {0, 0, -.5},
+                             .seed = 3};
+    memcpy(b->feeder.lo, lo, sizeof lo);
+    memcpy(b->feeder.hi, hi, sizeof hi);
+    lo[2] = 0, hi[2] = .4 * h, hi[0] = .7 * cells[0] * h;
+    b->outlet = (dem_outlet){"drain", dem_sdf_box(lo, hi, 1), 0, INFINITY};
+    b->dem.n_feeder = b->dem.n_outlet = 1;
+    b->dem.feeder = &b->feeder, b->dem.outlet = &b->outlet;
+}
+
+static int bed_new(MPI_Comm comm, int checkerboard, int liquid, double limit, int open, bed *b)
 {
     memset(b, 0, sizeof *b);
     divide(b, checkerboard, comm == MPI_COMM_SELF);
     fill(b);
+    if (open) open_ends(b);
     b->coupling = cpl_param_default();
     b->coupling.packing_limit = limit;
     b->rho = liquid ? 998 : 1.2, b->mu = liquid ? 1e-3 : 1.8e-5;
@@ -156,10 +183,13 @@ static double compare_particles(const bed *b, const bed *alone)
 {
     const dem_view p = dem_particles(phase_engine(b->phase));
     const dem_view q = dem_particles(phase_engine(alone->phase));
-    static size_t row[PARTICLES];
+    static size_t row[MOST];
     long long count = (long long)p.n, all;
     double worst = 0;
-    for (size_t i = 0; i < q.n; i++) row[q.id[i]] = i;
+    for (size_t i = 0; i < q.n; i++) {
+        assert_in_range(q.id[i], 0, MOST - 1);
+        row[q.id[i]] = i;
+    }
     for (size_t i = 0; i < p.n; i++)
         for (int a = 0; a < 3; a++) {
             double d = fabs(p.x[i][a] - q.x[row[p.id[i]]][a]) / (cells[a] * h);
@@ -197,15 +227,16 @@ static void check(int failed, const bed *b)
     if (failed) fail_msg("%s", phase_message(b->phase));
 }
 
-static void goes_as_on_one_rank(int checkerboard, int liquid, double limit)
+static void goes_as_on_one_rank(int checkerboard, int liquid, double limit, int open)
 {
     static bed b, alone;
-    const int made = bed_new(MPI_COMM_WORLD, checkerboard, liquid, limit, &b);
+    const int made = bed_new(MPI_COMM_WORLD, checkerboard, liquid, limit, open, &b);
     check(made, &b);
-    check(bed_new(MPI_COMM_SELF, checkerboard, liquid, limit, &alone), &alone);
+    check(bed_new(MPI_COMM_SELF, checkerboard, liquid, limit, open, &alone), &alone);
     double particles = compare_particles(&b, &alone), in_cells = compare_cells(&b, &alone);
     double ledger = 0;
     size_t full = 0;
+    int64_t fed = 0, removed = 0;
     for (int step = 0; step < 100; step++) {
         check(bed_step(&b, MPI_COMM_WORLD, step), &b);
         check(bed_step(&alone, MPI_COMM_SELF, step), &alone);
@@ -214,6 +245,9 @@ static void goes_as_on_one_rank(int checkerboard, int liquid, double limit)
         const phase_report r = phase_last_report(b.phase), r1 = phase_last_report(alone.phase);
         ledger = fmax(ledger, r.ledger_residual);
         full += r.map.full_cells;
+        fed += r.dem.fed, removed += r.dem.removed;
+        assert_int_equal(r.dem.fed, r1.dem.fed);
+        assert_int_equal(r.dem.removed, r1.dem.removed);
         assert_int_equal(r.dem.contacts, r1.dem.contacts);
         assert_near(r.height / r1.height, 1, 1e-10);
         assert_near(r.stiffness / r1.stiffness, 1, 1e-9);
@@ -223,13 +257,14 @@ static void goes_as_on_one_rank(int checkerboard, int liquid, double limit)
     MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
     if (rank == 0)
         print_message("%s, %s, limit %g: 100 steps off by %.1e of the box, cells by %.1e; ledger "
-                      "%.1e; %zu times a cell over the limit\n",
+                      "%.1e; %zu times a cell over the limit; %d fed, %d gone\n",
                       liquid ? "liquid" : "gas", checkerboard ? "checkerboard" : "slabs", limit,
-                      most[0], most[1], ledger, full);
+                      most[0], most[1], ledger, full, (int)fed, (int)removed);
     assert_true(most[0] < 1e-10);
     assert_true(most[1] < 1e-9);
     assert_true(ledger < 1e-12);
     assert_int_equal(full > 0, limit < .7);
+    assert_true(open ? fed > 100 && removed > 20 : fed == 0 && removed == 0);
     bed_free(&b);
     bed_free(&alone);
 }
@@ -237,9 +272,15 @@ static void goes_as_on_one_rank(int checkerboard, int liquid, double limit)
 static void same_as_alone(void **unused)
 {
     (void)unused;
-    goes_as_on_one_rank(0, 0, .9);
-    goes_as_on_one_rank(1, 0, .27);
-    goes_as_on_one_rank(1, 1, .9);
+    goes_as_on_one_rank(0, 0, .9, 0);
+    goes_as_on_one_rank(1, 0, .27, 0);
+    goes_as_on_one_rank(1, 1, .9, 0);
+}
+
+static void with_feeder_and_outlet(void **unused)
+{
+    (void)unused;
+    goes_as_on_one_rank(1, 0, .9, 1);
 }
 
 int main(int argc, char **argv)
@@ -249,6 +290,7 @@ int main(int argc, char **argv)
     MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_as_alone),
+        cmocka_unit_test(with_feeder_and_outlet),
     };
     const int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
