@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <cmocka.h>
 
 #include "near.h"
@@ -115,12 +116,15 @@ static void open_ends(bed *b)
     b->dem.feeder = &b->feeder, b->dem.outlet = &b->outlet;
 }
 
-static int bed_new(MPI_Comm comm, int checkerboard, int liquid, double limit, int open, bed *b)
+/* restart: a file to go on from, or NULL. */
+static int bed_new(MPI_Comm comm, int checkerboard, int liquid, double limit, int open,
+                   const char *restart, bed *b)
 {
     memset(b, 0, sizeof *b);
     divide(b, checkerboard, comm == MPI_COMM_SELF);
     fill(b);
     if (open) open_ends(b);
+    b->dem.restart = restart;
     b->coupling = cpl_param_default();
     b->coupling.packing_limit = limit;
     b->rho = liquid ? 998 : 1.2, b->mu = liquid ? 1e-3 : 1.8e-5;
@@ -230,9 +234,9 @@ static void check(int failed, const bed *b)
 static void goes_as_on_one_rank(int checkerboard, int liquid, double limit, int open)
 {
     static bed b, alone;
-    const int made = bed_new(MPI_COMM_WORLD, checkerboard, liquid, limit, open, &b);
+    const int made = bed_new(MPI_COMM_WORLD, checkerboard, liquid, limit, open, NULL, &b);
     check(made, &b);
-    check(bed_new(MPI_COMM_SELF, checkerboard, liquid, limit, open, &alone), &alone);
+    check(bed_new(MPI_COMM_SELF, checkerboard, liquid, limit, open, NULL, &alone), &alone);
     double particles = compare_particles(&b, &alone), in_cells = compare_cells(&b, &alone);
     double ledger = 0;
     size_t full = 0;
@@ -283,6 +287,41 @@ static void with_feeder_and_outlet(void **unused)
     goes_as_on_one_rank(1, 0, .9, 1);
 }
 
+/* Written by all ranks in mid-run, with feeder and outlet: the file goes on with other parts of the
+ * mesh, and on one rank, as if there had been no break. */
+static void goes_on_from_a_file(void **unused)
+{
+    (void)unused;
+    static bed b, again, alone;
+    char top[] = "/tmp/phaseRanksXXXXXX", file[64];
+    if (rank == 0) assert_non_null(mkdtemp(top));
+    MPI_Bcast(top, sizeof top, MPI_CHAR, 0, MPI_COMM_WORLD);
+    snprintf(file, sizeof file, "%s/half.h5", top);
+    check(bed_new(MPI_COMM_WORLD, 1, 1, .9, 1, NULL, &b), &b);
+    for (int step = 0; step < 30; step++) check(bed_step(&b, MPI_COMM_WORLD, step), &b);
+    assert_int_equal(dem_write_restart(phase_engine(b.phase), top, "half", 0), DEM_OK);
+    check(bed_new(MPI_COMM_WORLD, 0, 1, .9, 1, file, &again), &again);
+    check(bed_new(MPI_COMM_SELF, 0, 1, .9, 1, file, &alone), &alone);
+    for (int step = 30; step < 60; step++) {
+        check(bed_step(&b, MPI_COMM_WORLD, step), &b);
+        check(bed_step(&again, MPI_COMM_WORLD, step), &again);
+        check(bed_step(&alone, MPI_COMM_SELF, step), &alone);
+    }
+    double off[2] = {compare_particles(&b, &alone), compare_particles(&again, &alone)};
+    MPI_Allreduce(MPI_IN_PLACE, off, 2, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+    const double ledger = phase_last_report(again.phase).ledger_residual;
+    if (rank == 0) {
+        print_message("after a restart off by %.1e on as many ranks, %.1e on one\n",
+                      fmax(off[0], off[1]), off[0]);
+        remove(file);
+        rmdir(top);
+    }
+    assert_true(off[0] < 1e-10 && off[1] < 1e-10 && ledger < 1e-12);
+    bed_free(&b);
+    bed_free(&again);
+    bed_free(&alone);
+}
+
 int main(int argc, char **argv)
 {
     MPI_Init(&argc, &argv);
@@ -291,6 +330,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_as_alone),
         cmocka_unit_test(with_feeder_and_outlet),
+        cmocka_unit_test(goes_on_from_a_file),
     };
     const int failed = cmocka_run_group_tests(tests, NULL, NULL);
     MPI_Finalize();
