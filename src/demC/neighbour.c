@@ -237,15 +237,18 @@ dem_status neighbour_sort(neighbour *list, particles *p, const extent *all, doub
     return DEM_OK;
 }
 
-/* Ranges of rows in the cell c and in those of its neighbours that come after it. */
-static int candidates(const neighbour *list, size_t c, range *out)
+/* Ranges of rows in the cell c and in those of its neighbours that come after it; inner: none of
+ * these is beyond a periodic side. */
+static int candidates(const neighbour *list, size_t c, range *out, int *inner)
 {
     const size_t nx = (size_t)list->cells[0], ny = (size_t)list->cells[1];
     const int at[3] = {list->kept[0][c % nx], list->kept[1][c / nx % ny],
                        list->kept[2][c / nx / ny]};
     const int *m = list->planes;
     int from[3], to[3], n = 0;
+    *inner = 1;
     for (int a = 0; a < 3; a++) {
+        *inner &= !list->periodic[a] || (m[a] > 4 && at[a] > 0 && at[a] < m[a] - 1);
         /* With one or two cells in a periodic direction some neighbours are the same cell. */
         from[a] = list->periodic[a] ? (m[a] > 2 ? -1 : 0) : (at[a] > 0 ? -1 : 0);
         to[a] = list->periodic[a] ? (m[a] > 1 ? 1 : 0) : (at[a] < m[a] - 1 ? 1 : 0);
@@ -286,8 +289,8 @@ static uint32_t nearest_image(const neighbour *list, double d[3])
 /* Partners of the row i among the rows begin..end-1; returns the new end of the row. */
 static inline __attribute__((always_inline)) size_t fill_row(neighbour *list,
                                                              const double (*pos)[4], uint32_t i,
-                                                             range r, size_t at, int periodic,
-                                                             int shared)
+                                                             range r, size_t at, uint32_t home,
+                                                             int periodic, int shared)
 {
     const double *xi = pos[i];
     const double reach = xi[3] + list->skin;
@@ -295,7 +298,7 @@ static inline __attribute__((always_inline)) size_t fill_row(neighbour *list,
     for (uint32_t j = r.begin; j < r.end; j++) {
         const double *xj = pos[j];
         double d[3] = {xi[0] - xj[0], xi[1] - xj[1], xi[2] - xj[2]};
-        const uint32_t image = periodic ? nearest_image(list, d) : 0;
+        const uint32_t image = periodic ? nearest_image(list, d) : home;
         const double s = reach + xj[3];
         const int near = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < s * s;
         list->entry[at] = j | image << NEIGHBOUR_BITS;
@@ -304,13 +307,16 @@ static inline __attribute__((always_inline)) size_t fill_row(neighbour *list,
     return at;
 }
 
-static size_t fill_range(neighbour *list, const double (*pos)[4], uint32_t i, range r, size_t at)
+/* inner: no candidate is beyond a periodic side, so that partners are what they are themselves. */
+static size_t fill_range(neighbour *list, const double (*pos)[4], uint32_t i, range r, size_t at,
+                         int inner)
 {
+    const uint32_t home = list->any_periodic ? NEIGHBOUR_HOME : 0;
     if (list->shared)
-        return list->any_periodic ? fill_row(list, pos, i, r, at, 1, 1)
-                                  : fill_row(list, pos, i, r, at, 0, 1);
-    return list->any_periodic ? fill_row(list, pos, i, r, at, 1, 0)
-                              : fill_row(list, pos, i, r, at, 0, 0);
+        return inner ? fill_row(list, pos, i, r, at, home, 0, 1)
+                     : fill_row(list, pos, i, r, at, home, 1, 1);
+    return inner ? fill_row(list, pos, i, r, at, home, 0, 0)
+                 : fill_row(list, pos, i, r, at, home, 1, 0);
 }
 
 /* Room for `need` entries. */
@@ -330,7 +336,7 @@ static dem_status fill_even(neighbour *list, const double (*pos)[4])
     for (size_t c = 0; c < list->n_cell; c++) {
         uint32_t begin = list->cell_first[c], end = list->cell_first[c + 1];
         if (begin == end) continue;
-        int n = candidates(list, c, r);
+        int inner, n = candidates(list, c, r, &inner);
         size_t most = 0;
         for (int k = 0; k < n; k++) most += r[k].end - r[k].begin;
         size_t need = at + most * (end - begin) + NEIGHBOUR_SPARE;
@@ -342,7 +348,7 @@ static dem_status fill_even(neighbour *list, const double (*pos)[4])
             for (int k = 0; k < n; k++) {
                 range part = r[k];
                 if (part.begin <= i && i < part.end) part.begin = i + 1;
-                at = fill_range(list, pos, i, part, at);
+                at = fill_range(list, pos, i, part, at, inner);
             }
         }
     }
