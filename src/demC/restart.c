@@ -100,6 +100,31 @@ void restart_put_here(restart_job *job, const char *set, restart_kind kind, size
     restart_put(job->file, set, kind, rows, width, data, units);
 }
 
+static int holds_real(const restart_record *r)
+{
+    return r->type == RECORD_REAL || r->type == RECORD_PART || r->type == RECORD_LIMIT;
+}
+
+/* Whether a value of a file can be the member. Counts leave room to go on. */
+static int can_be(const restart_record *r, const void *value)
+{
+    double real;
+    int64_t whole;
+    memcpy(&real, value, sizeof real);
+    memcpy(&whole, value, sizeof whole);
+    switch (r->type) {
+    case RECORD_REAL:
+    case RECORD_PART:
+        return isfinite(real);
+    case RECORD_LIMIT:
+        return !isnan(real);
+    case RECORD_INT64:
+        return whole >= INT64_MIN / 2 && whole <= INT64_MAX / 2;
+    default:
+        return whole >= INT_MIN && whole <= INT_MAX;
+    }
+}
+
 void restart_put_records(restart_job *job, const restart_record *table, size_t n_table,
                          const void *base, size_t stride, size_t n)
 {
@@ -109,7 +134,7 @@ void restart_put_records(restart_job *job, const restart_record *table, size_t n
     const int good = h5file_agree(&job->file->f);
     for (size_t t = 0; t < n_table && good; t++) {
         const restart_record *r = &table[t];
-        const int is_real = r->type == RECORD_REAL || r->type == RECORD_PART;
+        const int is_real = holds_real(r);
         for (size_t k = 0; k < n; k++) {
             const char *member = (const char *)base + k * stride + r->at;
             if (is_real)
@@ -132,19 +157,20 @@ void restart_get_records(restart_job *job, const restart_record *table, size_t n
 {
     for (size_t t = 0; t < n_table; t++) {
         const restart_record *r = &table[t];
-        const int is_real = r->type == RECORD_REAL || r->type == RECORD_PART;
-        const void *data =
-            restart_get(job->file, r->set, is_real ? RESTART_REAL : RESTART_WHOLE, 1, &n);
+        const char *data =
+            restart_get(job->file, r->set, holds_real(r) ? RESTART_REAL : RESTART_WHOLE, 1, &n);
         for (size_t k = 0; k < n && data; k++) {
             if (place && place[k] == SIZE_MAX) continue;
             char *member = (char *)base + (place ? place[k] : k) * stride + r->at;
-            const int64_t *whole = data;
-            if (r->type == RECORD_INT)
-                *(int *)(void *)member = (int)whole[k];
+            const char *value = data + 8 * k;
+            if (!can_be(r, value))
+                restart_refuse(job->file, "row %zu of dataset %s is no such number", k, r->set);
+            else if (r->type == RECORD_INT)
+                *(int *)(void *)member = (int)*(const int64_t *)(const void *)value;
             else if (r->type == RECORD_PART && job->sim->rank > 0)
                 memset(member, 0, sizeof(double));
             else
-                memcpy(member, (const char *)data + 8 * k, 8);
+                memcpy(member, value, 8);
         }
     }
 }
@@ -307,7 +333,8 @@ size_t dem_kept(const dem_sim *sim, const char *name, size_t n, double *value)
 
 static void save_kept(restart_job *job)
 {
-    for (const kept_numbers *k = job->sim->kept; k < job->sim->kept + job->sim->n_kept; k++) {
+    for (size_t n = 0; n < job->sim->n_kept; n++) {
+        const kept_numbers *k = &job->sim->kept[n];
         char set[2 * DEM_NAME];
         snprintf(set, sizeof set, "kept/%s", k->name);
         restart_put_here(job, set, RESTART_REAL, k->n, 1, k->value, "SI");

@@ -49,8 +49,9 @@ typedef struct restart_job {
 
 /* A member of a struct that is state: a dataset of one value a row. */
 typedef enum restart_type {
-    RECORD_REAL,
-    RECORD_PART, /* a real of which every rank has a part */
+    RECORD_REAL,  /* finite */
+    RECORD_LIMIT, /* a real that may be infinite */
+    RECORD_PART,  /* a real, finite, of which every rank has a part */
     RECORD_INT64,
     RECORD_INT
 } restart_type;

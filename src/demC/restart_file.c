@@ -383,6 +383,8 @@ static void *get(restart_file *r, const char *name, restart_kind kind, int width
         restart_refuse(r, "dataset %s is not of the kind it should be", name);
     } else if (rows->total != RESTART_ANY && rows->total != found) {
         restart_refuse(r, "dataset %s has %zu rows, not %zu", name, found, (size_t)rows->total);
+    } else if (found > PTRDIFF_MAX / size_of(kind) / (size_t)width / (size_t)ranks) {
+        restart_refuse(r, "dataset %s has %zu rows, more than fit in memory", name, found);
     } else {
         rows->total = found;
         rows->first = slice(found, rank, ranks);

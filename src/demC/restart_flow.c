@@ -36,7 +36,7 @@ static const restart_record FEEDER[] = {
     FEED("interval", "s", RECORD_REAL, interval),
     FEED("massRate", "kg/s", RECORD_REAL, given.mass_rate),
     FEED("numberRate", "1/s", RECORD_REAL, given.number_rate),
-    FEED("end", "s", RECORD_REAL, given.end),
+    FEED("end", "s", RECORD_LIMIT, given.end),
     FEED("nextDiameter", "m", RECORD_REAL, diameter),
     FEED("nextMaterial", "-", RECORD_INT, material),
     FEED("turn", "-", RECORD_REAL, mixture.turn),

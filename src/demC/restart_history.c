@@ -10,6 +10,7 @@
  */
 #include "restart.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -102,8 +103,12 @@ static history *read_histories(restart_job *job, const char *group, const char *
     for (int c = 0; c < 1 + (job->sim->contacts.rolls != 0); c++) {
         snprintf(set, sizeof set, "%s/%s", group, c ? "rolling" : "spring");
         double(*real)[4] = restart_slab(job->file, set, RESTART_REAL, 4, &rows);
-        for (size_t k = 0; k < rows.n && real && all; k++)
+        for (size_t k = 0; k < rows.n && real && all; k++) {
             memcpy(c ? all[k].rolling : all[k].spring, real[k], sizeof *real);
+            if (!isfinite(real[k][0] + real[k][1] + real[k][2] + real[k][3]))
+                restart_refuse(job->file, "row %zu of dataset %s is no such number",
+                               (size_t)rows.first + k, set);
+        }
         restart_drop(job->file, real);
     }
     *n = rows.n;

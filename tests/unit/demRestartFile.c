@@ -378,6 +378,10 @@ static void test_senseless(void **state)
         {"particles/radius", 0, -1, "particle"},
         {"particles/position", 0, NAN, "particle"},
         {"contacts/first", 1, 1e9, "a contact is between"},
+        {"contacts/spring", 0, NAN, "row 0 of dataset contacts/spring is no such number"},
+        {"state/moved", 0, INFINITY, "row 0 of dataset state/moved is no such number"},
+        {"state/rebuilds", 1, 9.1e18, "row 0 of dataset state/rebuilds is no such number"},
+        {"state/listed", 1, 1e12, "row 0 of dataset state/listed is no such number"},
         {"wallContacts/particle", 1, -3, "a contact is of particle"},
         {"wallContacts/wall", 1, 12, "a contact is of particle"},
     };
@@ -398,8 +402,22 @@ static void test_senseless(void **state)
         sign("bad.h5", 1);
         expect_refused("bad.h5", bad[k].reason);
     }
+    /* So many rows that their bytes, counted in 64 bits, are none; in chunks they take no room. */
+    const hsize_t rows = (hsize_t)1 << 61, chunk = 16;
+    hid_t file = open_copy(), space = H5Screate_simple(1, &rows, NULL);
+    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_chunk(creation, 1, &chunk);
+    H5Ldelete(file, "particles/id", H5P_DEFAULT);
+    H5Dclose(H5Dcreate2(file, "particles/id", H5T_NATIVE_INT64, space, H5P_DEFAULT, creation,
+                        H5P_DEFAULT));
+    H5Pclose(creation);
+    H5Sclose(space);
+    H5Fclose(file);
+    sign("bad.h5", 1);
+    expect_refused("bad.h5", "more than fit in memory");
     /* A dataset of another kind in the place of one. */
-    const hid_t file = open_copy(), space = H5Screate(H5S_SCALAR);
+    file = open_copy();
+    space = H5Screate(H5S_SCALAR);
     H5Ldelete(file, "contacts/spring", H5P_DEFAULT);
     H5Dclose(H5Dcreate2(file, "contacts/spring", H5T_NATIVE_FLOAT, space, H5P_DEFAULT, H5P_DEFAULT,
                         H5P_DEFAULT));
