@@ -192,6 +192,18 @@ int particles_attach(particles *p, const char *name, int width)
     return f - (int)p->n_fixed;
 }
 
+void particles_detach(particles *p, int handle)
+{
+    field *f = &p->field[p->n_fixed + (size_t)handle];
+    if (f->restored) {
+        f->restored = 1;
+        return;
+    }
+    free(f->data);
+    free(f->removed);
+    p->n_field--;
+}
+
 void particles_clear_removed(particles *p)
 {
     for (size_t f = p->n_fixed; f < p->n_field; f++)

@@ -66,6 +66,8 @@ dem_status particles_permute(particles *p, const uint32_t *order);
 dem_status particles_keep(particles *p, const uint32_t *order, size_t n);
 /* Handle of a new column, or of one of that name and width that waits, or -1. */
 int particles_attach(particles *p, const char *name, int width);
+/* Undo the last particles_attach, which gave that handle. */
+void particles_detach(particles *p, int handle);
 double *particles_column(particles *p, int handle);
 /* Sums of the columns over the particles gone since: to zero, and with that of row i. */
 void particles_clear_removed(particles *p);

@@ -234,7 +234,17 @@ dem_status remove_particles(dem_sim *sim, const uint8_t *gone)
 
 int dem_attach(dem_sim *sim, const char *name, int width)
 {
-    return width > 0 ? particles_attach(&sim->particles, name, width) : -1;
+    particles *p = &sim->particles;
+    const int handle = width > 0 ? particles_attach(p, name, width) : -1;
+    dem_status status = DEM_OK;
+    if (handle < 0)
+        status = fail(sim, DEM_NO_MEMORY,
+                      "column %s of width %d: out of memory, or it has another width in the "
+                      "restart file",
+                      name, width);
+    if (!agree(sim, status)) return handle;
+    if (handle >= 0) particles_detach(p, handle); /* that of another rank failed */
+    return -1;
 }
 
 double *dem_column(dem_sim *sim, int handle)
