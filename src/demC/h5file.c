@@ -114,7 +114,7 @@ h5rows h5file_rows(const h5file *f, size_t n)
     unsigned long long mine = n, before = 0, all = 0;
     MPI_Exscan(&mine, &before, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, f->comm);
     MPI_Allreduce(&mine, &all, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, f->comm);
-    return (h5rows){mine, f->rank > 0 ? before : 0 /* undefined on the first rank */, all};
+    return (h5rows){mine, f->rank > 0 ? before : 0 /* undefined on the first rank */, all, 0};
 }
 
 /* ---- in memory ------------------------------------------------------------------------------- */
@@ -285,8 +285,9 @@ void h5file_put_rows(h5file *f, hid_t group, const char *name, h5rows rows, int 
             h5file_check(f, H5Sselect_none(memory_space), name);
         }
         /* Collective: a rank without rows, or that failed before, still has to take part. */
-        if (rows.total > 0)
-            h5file_check(f, H5Dwrite(set, memory_type, memory_space, file_space, f->transfer, data),
+        const hid_t transfer = rows.alone ? H5P_DEFAULT : f->transfer;
+        if (rows.total > 0 && (!rows.alone || f->rank == 0))
+            h5file_check(f, H5Dwrite(set, memory_type, memory_space, file_space, transfer, data),
                          name);
         h5file_put_text(f, set, "units", units);
         h5file_check(f, H5Dclose(set), name);
