@@ -451,6 +451,20 @@ typedef struct dem_report {
 } dem_report;
 
 dem_report dem_last_report(const dem_sim *sim);
+
+/* Bytes in use on this rank. */
+typedef struct dem_memory {
+    size_t particles;  /* and their copies for the caller, and for ghosts */
+    size_t columns;    /* attached */
+    size_t neighbours; /* cells and list */
+    size_t contacts;   /* springs and flags */
+    size_t balance;    /* of energy, if it is kept */
+    size_t walls;      /* list of the particles near them */
+    size_t shapes;     /* triangles and samples */
+    size_t all;
+} dem_memory;
+dem_memory dem_memory_used(const dem_sim *sim);
+
 size_t dem_walls(const dem_sim *sim);
 const char *dem_wall_name(const dem_sim *sim, size_t wall);
 /* Force on wall `wall` by the particles, mean over the last dem_advance, N. */

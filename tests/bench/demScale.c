@@ -305,11 +305,15 @@ static void cost(const char *path, const char *law, const char *wall, int tiles,
     const dem_report r = dem_last_report(sim);
     const double per = 1e9 / n / steps, contacts = (double)r.contacts / n;
     const double bytes = (peak() - before) / n;
+    const dem_memory m = dem_memory_used(sim);
     dem_free(sim);
     printf("%8.0f %-6s %-6s %5.2f contacts %7.1f ns (force %.1f neighbour %.1f other %.1f; %d "
-           "rebuilds) floor %.1f ns %5.0f bytes\n",
+           "rebuilds) floor %.1f ns %5.0f bytes (particles %.0f list %.0f contacts %.0f walls %.0f "
+           "shapes %.0f)\n",
            n, law, wall, 2 * contacts, least * per, force * per, neighbour * per, other * per,
-           (int)(r.rebuilds - built), 1e9 / n * stream((size_t)n, contacts), bytes);
+           (int)(r.rebuilds - built), 1e9 / n * stream((size_t)n, contacts), bytes,
+           (double)m.particles / n, (double)m.neighbours / n, (double)m.contacts / n,
+           (double)m.walls / n, (double)m.shapes / n);
     free(b.sphere);
 }
 
