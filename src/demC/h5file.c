@@ -5,10 +5,14 @@
  *
  * One rank lets HDF5 make the file in memory and writes it out itself: HDF5 1.10 does not survive
  * a disk that is full, it crashes when the program ends because its file could not be closed.
- * Several ranks write collectively by MPI-IO, each its rows after those of the ranks before. There
- * the first rank lays an empty file and has the disk set aside what the whole will take, before
- * HDF5 opens it: a disk without that much room is an error of ours, and HDF5 never meets a full
- * one. On closing the file is cut to what it really takes.
+ * Several ranks write by MPI-IO, each its rows after those of the ranks before. There the first
+ * rank lays an empty file and has the disk set aside what the whole will take, before HDF5 opens
+ * it: a disk without that much room is an error of ours, and HDF5 never meets a full one. On
+ * closing the file is cut to what it really takes.
+ *
+ * Each rank writes its rows by itself: they lie together in the file, so that there is nothing to
+ * gain from collecting them, and a collective write that fails on one rank keeps the others waiting
+ * for ever. All descriptions are written by the first rank, for the same reason.
  */
 #include "h5file.h"
 
@@ -114,7 +118,7 @@ h5rows h5file_rows(const h5file *f, size_t n)
     unsigned long long mine = n, before = 0, all = 0;
     MPI_Exscan(&mine, &before, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, f->comm);
     MPI_Allreduce(&mine, &all, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, f->comm);
-    return (h5rows){mine, f->rank > 0 ? before : 0 /* undefined on the first rank */, all, 0};
+    return (h5rows){mine, f->rank > 0 ? before : 0 /* undefined on the first rank */, all};
 }
 
 /* ---- in memory ------------------------------------------------------------------------------- */
@@ -213,7 +217,11 @@ void h5file_create(h5file *f, size_t bytes, hsize_t head)
     if (!h5file_agree(f)) return;
     const hid_t access = access_list(f);
     h5file_check(f, H5Pset_fapl_mpio(access, f->comm, MPI_INFO_NULL), "create");
-    h5file_check(f, H5Pset_dxpl_mpio(f->transfer, H5FD_MPIO_COLLECTIVE), "create");
+    h5file_check(f, H5Pset_dxpl_mpio(f->transfer, H5FD_MPIO_INDEPENDENT), "create");
+    H5AC_cache_config_t cache = {.version = H5AC__CURR_CACHE_CONFIG_VERSION};
+    h5file_check(f, H5Pget_mdc_config(access, &cache), "create");
+    cache.metadata_write_strategy = H5AC_METADATA_WRITE_STRATEGY__PROCESS_0_ONLY;
+    h5file_check(f, H5Pset_mdc_config(access, &cache), "create");
     f->file = h5file_check(f, H5Fopen(f->part, H5F_ACC_RDWR, access), "create");
     H5Pclose(access);
 }
@@ -280,15 +288,9 @@ void h5file_put_rows(h5file *f, hid_t group, const char *name, h5rows rows, int 
         if (rows.n > 0) {
             h5file_check(
                 f, H5Sselect_hyperslab(file_space, H5S_SELECT_SET, start, NULL, here, NULL), name);
-        } else {
-            h5file_check(f, H5Sselect_none(file_space), name);
-            h5file_check(f, H5Sselect_none(memory_space), name);
-        }
-        /* Collective: a rank without rows, or that failed before, still has to take part. */
-        const hid_t transfer = rows.alone ? H5P_DEFAULT : f->transfer;
-        if (rows.total > 0 && (!rows.alone || f->rank == 0))
-            h5file_check(f, H5Dwrite(set, memory_type, memory_space, file_space, transfer, data),
+            h5file_check(f, H5Dwrite(set, memory_type, memory_space, file_space, f->transfer, data),
                          name);
+        }
         h5file_put_text(f, set, "units", units);
         h5file_check(f, H5Dclose(set), name);
     }

@@ -30,7 +30,6 @@ typedef struct h5file {
 /* Rows of a dataset: here, those of the ranks before, on all ranks. */
 typedef struct h5rows {
     hsize_t n, first, total;
-    int alone; /* the first rank has all of them: it writes without the others */
 } h5rows;
 
 void h5file_begin(h5file *f, MPI_Comm comm, char *message, size_t size);

@@ -96,7 +96,7 @@ void *restart_room(restart_job *job, size_t bytes)
 void restart_put_here(restart_job *job, const char *set, restart_kind kind, size_t n, int width,
                       const void *data, const char *units)
 {
-    const h5rows rows = {job->sim->rank == 0 ? n : 0, 0, n, 1};
+    const h5rows rows = {job->sim->rank == 0 ? n : 0, 0, n}; /* the first rank writes it */
     restart_put(job->file, set, kind, rows, width, data, units);
 }
 

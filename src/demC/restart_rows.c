@@ -192,7 +192,7 @@ void restart_plan_saving(restart_job *job)
     job->bound = malloc(ranks * sizeof *job->bound);
     job->route.first = malloc((ranks + 1) * sizeof *job->route.first);
     if (!job->row || !job->bound || !job->route.first) h5file_fail(f, "write", "out of memory");
-    job->slab = (h5rows){job->n, 0, job->n, 0};
+    job->slab = (h5rows){job->n, 0, job->n};
     if (sim->ranks == 1 || !h5file_agree(f)) return;
     int64_t total = (int64_t)job->n;
     sum_counts(sim, &total, 1);

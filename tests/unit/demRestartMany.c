@@ -483,6 +483,15 @@ static void test_full_disk(void **state)
         assert_memory_equal(before, after, size);
         free(after);
     }
+    /* One rank alone cannot write its part. */
+    small.rlim_cur = size / 4;
+    MPI_Barrier(MPI_COMM_WORLD);
+    if (rank == ranks - 1) setrlimit(RLIMIT_FSIZE, &small);
+    assert_int_equal(dem_write_restart(b.sim, directory, "6", 1), DEM_IO);
+    setrlimit(RLIMIT_FSIZE, &old);
+    expect_same_message(dem_message(b.sim), ranks > 1 ? "write failed" : "write: File too large");
+    assert_int_equal(files(), had);
+    MPI_Barrier(MPI_COMM_WORLD);
     write_restart(&b, "6"); /* and it recovers */
     MPI_Barrier(MPI_COMM_WORLD);
     if (rank == 0) expect_same_contents("6", "6", 0);

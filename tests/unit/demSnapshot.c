@@ -324,6 +324,12 @@ static void test_full_disk(void **state)
         expect_failure(0., "0", MOST, "write: File too large");
         setrlimit(RLIMIT_FSIZE, &old);
     }
+    if (ranks > 1) { /* one rank alone cannot write its part */
+        small.rlim_cur = 30000;
+        if (rank == 1) setrlimit(RLIMIT_FSIZE, &small);
+        expect_failure(0., "0", MOST, "file write failed");
+        setrlimit(RLIMIT_FSIZE, &old);
+    }
     const hid_t file =
         H5Fopen(strcat(strcpy((char[512]){0}, directory), "/0.h5"), H5F_ACC_RDONLY, H5P_DEFAULT);
     assert_true(file >= 0);
