@@ -300,6 +300,7 @@ static dem_status rebuild(dem_sim *sim)
     list->skin = sim->skin * 2 * sim->median_radius;
     if (sim->ranks > 1) status = exchange_particles(sim);
     if (!status) status = agree(sim, make_lists(sim));
+    if (status) list->valid = 0; /* nor are there ghosts */
     sim->report.rebuilds++;
     return status;
 }
@@ -493,6 +494,7 @@ dem_status dem_advance(dem_sim *sim, double dt, int substeps)
     double end = sim->time + dt;
     for (int s = 0; s < substeps && !status; s++)
         status = step(sim, dt / substeps, s == substeps - 1);
+    if (status == DEM_NO_MEMORY) return status; /* there is no state to report on */
     if (!status) {
         set_clock(sim, end);
         max_reals(sim, &sim->report.overlap, 1);

@@ -174,9 +174,8 @@ static dem_status send_by_rank(moving *m, dem_status status, const heap *records
     dem_sim *sim = m->sim;
     size_t *first = calloc((size_t)sim->ranks + 2, sizeof *first);
     char *out = malloc(records->n * size + 1);
-    if (!first || !out) {
-        status = no_memory(sim);
-    } else {
+    if (!status && (!first || !out)) status = no_memory(sim);
+    if (!status) {
         size_t *next = first + 1;
         for (size_t k = 0; k < records->n; k++) next[to[k]]++;
         counts_to_first(next, sim->ranks);
