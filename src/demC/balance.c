@@ -145,7 +145,7 @@ dem_status balance_open(dem_sim *sim)
     balance *b = &sim->balance;
     /* The loops book for ghosts, too; nobody reads it. */
     const size_t n = sim->particles.n + sim->particles.n_ghost;
-    if (reserve(b, n)) return no_memory(sim);
+    if (reserve(b, n + 1)) return no_memory(sim);
     memset(b->damped, 0, n * sizeof *b->damped);
     memset(b->slid, 0, n * sizeof *b->slid);
     memset(b->rolled, 0, n * sizeof *b->rolled);
