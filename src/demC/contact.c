@@ -9,6 +9,8 @@
  */
 #include "contact.h"
 
+#include "memory.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,8 +43,8 @@ static void unroll(double (*to)[4], size_t at, const double (*from)[4], size_t s
 static dem_status replace(contacts *c, double (**ring)[4], size_t size, size_t gap, size_t read,
                           size_t written, size_t to)
 {
-    void *fresh = NULL;
-    if (posix_memalign(&fresh, 64, size * sizeof **ring)) return DEM_NO_MEMORY;
+    void *fresh = room_for(size * sizeof **ring);
+    if (!fresh) return DEM_NO_MEMORY;
     unroll(fresh, 0, (const double(*)[4]) * ring, c->size, to, written);
     unroll(fresh, gap + read, (const double(*)[4]) * ring, c->size, c->begin + read, c->n - read);
     free(*ring);

@@ -1,11 +1,34 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * memory.c - what the arrays of a simulation take, by purpose.
+ * memory.c - room for the large arrays, and what the arrays of a simulation take, by purpose.
+ *
+ * The loop over pairs looks at particles that are some layers apart, each on pages of its own. Of
+ * small pages these are more than the processor can keep the addresses of; so large arrays ask for
+ * large pages, as far as they fill them.
  *
  * Counted is what is in use, not the room to spare behind it, which is hardly ever touched and so
  * takes addresses but no memory (particles.c).
  */
+#include "memory.h"
+
 #include "dem_internal.h"
+
+#include <stdlib.h>
+#include <sys/mman.h>
+
+#define LINE 64
+#define PAGE ((size_t)1 << 21)
+
+void *room_for(size_t bytes)
+{
+    void *data = NULL;
+    if (posix_memalign(&data, bytes >= PAGE ? PAGE : LINE, bytes ? bytes : LINE)) return NULL;
+#ifdef MADV_HUGEPAGE
+    /* A wish: where it is not granted the array is there all the same. */
+    if (bytes >= PAGE) madvise(data, bytes / PAGE * PAGE, MADV_HUGEPAGE);
+#endif
+    return data;
+}
 
 static size_t of_list(const neighbour *l, size_t n)
 {

@@ -2,30 +2,24 @@
 /**
  * particles.c - the store of particles: add, remove, grow, sort, attached columns.
  *
- * Arrays are aligned to 64 bytes and grow by half, large ones by an eighth. Memory is first touched
- * where particles are, so that room to spare costs addresses only. Sorting gathers each field
- * through the array of forces, in slices that fit its width; it happens only when the neighbour
- * list is rebuilt, when forces are zero. What is published is made anew at the end of dem_advance:
- * it stays where it is.
+ * Arrays grow by half, large ones by an eighth. Memory is first touched where particles are, so
+ * that room to spare costs addresses only. Sorting gathers each field through the array of forces,
+ * in slices that fit its width; it happens only when the neighbour list is rebuilt, when forces are
+ * zero. What is published is made anew at the end of dem_advance: it stays where it is.
  */
 #include "particles.h"
+
+#include "memory.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define ALIGNMENT 64
-#define SLICE     sizeof(double[8]) /* of a row: no wider than the force */
+#define SLICE sizeof(double[8]) /* of a row: no wider than the force */
 
 static void **address(field *f)
 {
     return f->slot ? f->slot : &f->data;
-}
-
-static void *aligned(size_t size)
-{
-    void *data = NULL;
-    return posix_memalign(&data, ALIGNMENT, size ? size : ALIGNMENT) ? NULL : data;
 }
 
 static int enter(particles *p, void **slot, size_t size, const char *name)
@@ -38,7 +32,7 @@ static int enter(particles *p, void **slot, size_t size, const char *name)
     f->slot = slot;
     f->size = size;
     strncpy(f->name, name, DEM_NAME - 1);
-    void *data = aligned(p->capacity * size);
+    void *data = room_for(p->capacity * size);
     if (!data) return -1;
     memset(data, 0, p->n * size);
     *address(f) = data;
@@ -92,7 +86,7 @@ dem_status particles_reserve(particles *p, size_t capacity)
     if (capacity < p->capacity + more) capacity = p->capacity + more;
     for (size_t f = 0; f < p->n_field; f++) {
         void **slot = address(&p->field[f]);
-        void *data = aligned(capacity * p->field[f].size);
+        void *data = room_for(capacity * p->field[f].size);
         /* Fields already grown merely have room to spare. */
         if (!data) return DEM_NO_MEMORY;
         const size_t n = p->field[f].ghosts ? p->n + p->n_ghost : p->n;
