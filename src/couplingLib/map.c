@@ -45,6 +45,8 @@ static int reserve_particles(cpl_map *map, size_t n)
     map->centre_cell = malloc(capacity * sizeof *map->centre_cell);
     map->centre_id = map->exchange ? malloc(capacity * sizeof *map->centre_id) : NULL;
     map->row_capacity = capacity;
+    map->n = 0; /* the rows of the last build are gone */
+    if (map->row) map->row[0] = 0;
     return !map->row || !map->volume || !map->centre_cell || (map->exchange && !map->centre_id);
 }
 
@@ -69,7 +71,6 @@ static cpl_status prepare(cpl_map *map, cpl_map_model model, double packing_limi
                  map->mesh.n);
         return CPL_NO_MEMORY;
     }
-    map->row[0] = 0;
     return CPL_OK;
 }
 

@@ -372,7 +372,7 @@ static void borrows_at_borders_only(void **unused)
 static void gives_back(void **unused)
 {
     (void)unused;
-    enum { LONG = 400, WIDE = 4, SWARM = 60, BUILDS = 700 };
+    enum { LONG = 400, WIDE = 4, SWARM = 600, BUILDS = 700 };
     static const int channel[3] = {WIDE, WIDE, LONG}, periodic[3] = {0, 0, 1};
     static const double zero[3] = {0, 0, 0}, h[3] = {.002, .002, .002};
     static int64_t id[WIDE * WIDE * LONG];
@@ -395,12 +395,12 @@ static void gives_back(void **unused)
             radius[p] = 4e-4;
             V[p] = 2.68e-10;
         }
-        /* now one rank has the swarm, now another */
-        const size_t here = b / 50 % ranks == rank ? SWARM : 0;
+        /* now one rank has the swarm, now another; it grows when cells are first given back */
+        const size_t number = b < 63 ? 20 : SWARM, here = b / 50 % ranks == rank ? number : 0;
         CHECK(cpl_map_build(map, here, (const double(*)[3])x, radius, V));
         if (cpl_map_last_report(map).borrowed > most) most = cpl_map_last_report(map).borrowed;
         if (b % 20) continue;
-        CHECK(cpl_map_build(one, SWARM, (const double(*)[3])x, radius, V));
+        CHECK(cpl_map_build(one, number, (const double(*)[3])x, radius, V));
         cpl_voidage(map, eps);
         cpl_voidage(one, eps1);
         for (size_t i = 0; i < n; i++) compare(eps[i], eps1[id[i]], 1);
