@@ -15,6 +15,9 @@
  * faces; a cell takes part as long as its bounding box cuts the cube, with the volume of the cut
  * times the fraction of its bounding box that the cell fills (1 for bricks aligned with the axes).
  *
+ * On several ranks a row may name cells that this rank does not know yet: they are wanted, and
+ * map_ranks.c has the rows completed when they have come.
+ *
  * References: Y. Mori, doctoral thesis, University of Tokyo (2021), eq. (22)-(23); H. Khawaja et
  * al., J. Comput. Multiphase Flows 4 (2012) 183, doi:10.1260/1757-482X.4.2.183.
  */
