@@ -120,7 +120,7 @@ cpl_status cpl_map_build(cpl_map *map, size_t n, const double (*x)[3], const dou
 
 /* eps [cells] from the map of the last build. */
 void cpl_voidage(const cpl_map *map, double *eps);
-/* q_p = sum_c W_pc q_c, `width` components a cell. */
+/* q_p = sum_c W_pc q_c, `width` components a cell, 1...9. */
 void cpl_gather(const cpl_map *map, int width, const double *q_cell, double *q_particle);
 /* S_c = sum_p W_pc s_p / V_c, overwrites. */
 void cpl_scatter(const cpl_map *map, int width, const double *s_particle, double *S_cell);
