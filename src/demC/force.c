@@ -461,7 +461,7 @@ typedef void pair_kernel(pair_forces *job, const arrays *a, contact_stream *s, s
          {hertz_extra_##suffix, hertz_extra_periodic_##suffix}}};
 
 KERNELS(plain, )
-#if defined(__x86_64__) && defined(__GNUC__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(DEM_PLAIN) /* fuzzers: less to compile */
 #define DEM_HAVE_X86 1
 KERNELS(avx2, __attribute__((target("avx2,fma"))))
 KERNELS(avx512, __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma"))))
