@@ -502,11 +502,12 @@ dem_status dem_write_snapshot(dem_sim *sim, const char *directory, const char *n
  * above this one's. DEM_IO: the files that were there are as they were.
  *
  * A simulation made with param.restart goes on bit for bit where this one is, on any number of
- * ranks, which the file does not tell. Insertions are not run. Materials, walls, feeders, outlets and all settings are those of the parameters, which may
- * have changed; history goes by their names, and is left behind by what is no more. The materials
- * of the particles, contact law, rolling resistance and periodic sides must be as they were. Every
- * byte of the file is checked; one that is not whole, of another kind or of a newer version is
- * refused. Columns come with their values to who attaches them again.
+ * ranks, which the file does not tell. Insertions are not run. Materials, walls, feeders, outlets
+ * and all settings are those of the parameters, which may have changed; history goes by their
+ * names, and is left behind by what is no more. The materials of the particles, contact law,
+ * rolling resistance and periodic sides must be as they were. Every byte of the file is checked;
+ * one that is not whole, of another kind or of a newer version is refused. Columns come with their
+ * values to who attaches them again.
  */
 dem_status dem_write_restart(dem_sim *sim, const char *directory, const char *name, int keep);
 /* Numbers of the caller that go into restart files and come back with them: by a name without '/',
