@@ -5,14 +5,16 @@
 # Same mesh, flow step 2e-5 s, Hertz's law (E 1e8 Pa, nu .35), same tolerances, same number of DEM
 # sub-steps (DPMFoam's own count, which the others are given). felmiFoam fluidises the bed for .2 s;
 # from that state, particles with their velocities and the air, felmiFoam and DPMFoam take the same
-# steps. felmiMAC starts from the same positions at rest. DPMFoam's and felmiFoam's times are CPU
-# seconds of one process, the parts of a step and felmiMAC's sum are wall clock.
+# steps, on one core and then on two, the mesh cut across its width. felmiMAC starts from the same
+# positions at rest. DPMFoam's and felmiFoam's times are CPU seconds of one process, on two cores of the
+# first one, which waits by computing; the parts of a step and felmiMAC's sum are wall clock.
 #
-#     goldschmidt.sh [BUILD_FOLDER [STEPS]]
+#     goldschmidt.sh [BUILD_FOLDER [STEPS [CORES]]]        CORES: "1 2", or 1
 set -e
 here=$(cd "$(dirname "$0")/../.." && pwd)
 build=$(cd "${1:-$here/build}" && pwd)
 steps=${2:-100}
+cores=${3:-1 2}
 export FELMI_DIR=$here FELMI_BUILD=$build
 . "$here/etc/bashrc"
 start=0.2 deltaT=2e-5
@@ -159,7 +161,7 @@ control $deltaT "$(python3 -c "print($steps * $deltaT)")" $steps
 run dpm DPMFoam
 substeps=$(subSteps dpm/log.DPMFoam)
 
-# ---- felmiFoam again where it took another number of sub-steps, and felmiMAC ------------------------
+# ---- felmiFoam again where it took another number of sub-steps ---------------------------------------
 if [ "$substeps" != $expected ]; then
     sed -i "s/^timeStep .*/timeStep { maximum $(python3 -c "print(1.000001 * $deltaT / $substeps)"); }/" \
         foam/constant/demProperties
@@ -167,6 +169,35 @@ if [ "$substeps" != $expected ]; then
     run foam felmiFoam
 fi
 
+# ---- both on two cores, from the same state ---------------------------------------------------------
+# A rank that waits lets others compute: on a busy machine these would be the other rank.
+export OMPI_MCA_mpi_yield_when_idle=1
+# onTwo FOLDER PROGRAM TIME
+onTwo()
+{
+    cat >"$1/system/decomposeParDict" <<'END'
+FoamFile { version 2.0; format ascii; class dictionary; object decomposeParDict; }
+numberOfSubdomains 2;
+method simple;
+coeffs { n (1 2 1); }
+END
+    (cd "$1" && decomposePar -time "$3" >log.decomposePar 2>&1) || { tail "$1/log.decomposePar"; exit 1; }
+    (cd "$1" && mpirun -np 2 "$2" -parallel >"log.$2" 2>&1) || { tail -n 20 "$1/log.$2"; exit 1; }
+}
+
+if [[ " $cores " == *" 2 "* ]] && command -v mpirun >/dev/null; then
+    mkdir -p foam2/restart dpm2
+    cp -r foam/{0,$start,constant,system} foam2
+    cp foam/restart/$start.h5 foam2/restart
+    rm -rf foam2/$start/lagrangian
+    sed -i "s/^startFrom .*/startFrom startTime;/; s/^startTime .*/startTime $start;/" \
+        foam2/system/controlDict
+    onTwo foam2 felmiFoam $start
+    cp -r dpm/{0,constant,system} dpm2
+    onTwo dpm2 DPMFoam 0
+fi
+
+# ---- felmiMAC ---------------------------------------------------------------------------------------
 if command -v felmiMAC >/dev/null; then
     felmiCase mac "$(python3 -c "print(1.000001 * $deltaT / $substeps)")"
     cp dpm/constant/kinematicCloudPositions mac/constant/positions
@@ -205,19 +236,25 @@ def cpu(path):
 
 
 def shares(path):
-    """Mean of the parts of a step, ms, from our line of the log."""
-    pattern = r"\[dem ([\d.]+) map ([\d.]+) (?:exchange [\d.]+ )?drag ([\d.]+) fluid ([\d.]+) ms\]"
-    rows = [[float(x) for x in r] for r in re.findall(pattern, open(path).read())][-steps:]
-    return [sum(c) / len(rows) for c in zip(*rows)]
+    """Mean of the parts of a step, ms, from our line of the log, and their shares."""
+    pattern = r"\[dem ([\d.]+) map ([\d.]+) (?:exchange ([\d.]+) )?drag ([\d.]+) fluid ([\d.]+) ms\]"
+    rows = [[float(x or 0) for x in r] for r in re.findall(pattern, open(path).read())][-steps:]
+    mean = [sum(c) / len(rows) for c in zip(*rows)]
+    names = ("dem", "map", "exchange", "forces", "fluid")
+    text = ", ".join(f"{n} {x:.1f} = {100 * x / sum(mean):.0f} %" for n, x in zip(names, mean))
+    return sum(mean), text
 
 
-foam, dpm = cpu("foam/log.felmiFoam"), cpu("dpm/log.DPMFoam")
 print(f"goldschmidtBed, 24750 spheres, 5400 cells, flow step {delta:g} s, {substeps} DEM sub-steps")
-print(f"DPMFoam   {1e3 * dpm:8.1f} ms a step")
-parts = shares("foam/log.felmiFoam")
-print(f"felmiFoam {1e3 * foam:8.1f} ms a step (dem %.1f map %.1f drag %.1f fluid %.1f)" % tuple(parts))
+for cores, suffix in ((1, ""), (2, "2")):
+    if not os.path.exists(f"foam{suffix}/log.felmiFoam"):
+        continue
+    foam, dpm = cpu(f"foam{suffix}/log.felmiFoam"), cpu(f"dpm{suffix}/log.DPMFoam")
+    print(f"{cores} core{'s' if cores > 1 else ''}")
+    print(f"    DPMFoam   {1e3 * dpm:8.1f} ms a step")
+    print(f"    felmiFoam {1e3 * foam:8.1f} ms a step ({shares(f'foam{suffix}/log.felmiFoam')[1]})")
+    print(f"    felmiFoam is {dpm / foam:.1f} times as fast as DPMFoam")
 if os.path.exists("mac/log.felmiMAC"):
-    parts = shares("mac/log.felmiMAC")
-    print(f"felmiMAC  {sum(parts):8.1f} ms a step (dem %.1f map %.1f drag %.1f fluid %.1f)" % tuple(parts))
-print(f"felmiFoam is {dpm / foam:.1f} times as fast as DPMFoam")
+    all_parts, text = shares("mac/log.felmiMAC")
+    print(f"felmiMAC on 1 core: {all_parts:.1f} ms a step ({text})")
 END
