@@ -45,13 +45,16 @@ static string instead(const Time& runTime)
         most = std::nextafter(most, std::numeric_limits<double>::lowest());
         most = case_restart_latest(folder.c_str(), most, found);
 
-        const word time(fileName(found).lessExt());
-
-        if (std::isfinite(most) && isDir(runTime.path()/time))
+        if (std::isfinite(most))
         {
-            return
-                "to go on from an earlier time: startFrom startTime; startTime "
-              + time + ";";
+            const word time(fileName(found).lessExt());
+
+            if (isDir(runTime.path()/time))
+            {
+                return
+                    "to go on from an earlier time: startFrom startTime;"
+                    " startTime " + time + ";";
+            }
         }
     }
     while (std::isfinite(most));
