@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * conditions.c - boundary and initial conditions from U and p of the time directory in which the run began.
+ * conditions.c - boundary and initial conditions from U and p of the time directory in which the run
+ * began.
  *
  * Each side of the box has a normal and a tangential condition, made of the two types together:
  *
