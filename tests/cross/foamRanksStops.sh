@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # What goes wrong on one of two ranks while felmiFoam runs stops both, with the reason said once: a
-# particle that leaves the domain, and files that cannot be written.
+# particle that leaves the domain, files that cannot be written, and a full disk.
 . "$(dirname "$0")/foamCase"
 
 gravity="(0 0 -9.81)" density=2500 deltaT=1e-3 endTime=0.1 tolerance=1e-9
@@ -31,4 +31,21 @@ for folder in postProcessing dem restart; do
     sed -i 's/writeInterval [^;]*/writeInterval 0.002/' system/controlDict
     stops "$folder.*: .*\(directory\|in the way\)"
 done
+mkdir -p postProcessing/felmiFoam/solver.csv
+stops 'solver.csv: .*directory'
 
+# a disk of 1 MB is full after the first fields
+disk=$work/disk
+mkdir disk
+if mount -t tmpfs -o size=1m felmi disk 2>/dev/null; then
+    trap 'umount "$disk"' EXIT
+    cp -r 0 constant system disk
+    cd disk
+    decomposeCase "1 1 2"
+    sed -i 's/writeInterval [^;]*/writeInterval 0.001/' system/controlDict
+    status=0
+    onRanks 2 felmiFoam -parallel >../log.full 2>&1 || status=$?
+    cd ..
+    grep -h -i 'no space\|cannot be written\|cannot write\|room' log.full || { tail log.full; exit 1; }
+    [ $status != 0 ] && [ $status != 124 ]
+fi

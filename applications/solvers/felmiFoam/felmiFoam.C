@@ -132,9 +132,17 @@ int main(int argc, char *argv[])
         particles.log(CoNum, secondsFluid);
         table.write(CoNum, iterations, residual, particles.last().height);
 
-        runTime.write();
+        const bool written = runTime.write();
         if (runTime.writeTime())
         {
+            if (!returnReduce(written, andOp<bool>()))
+            {
+                stopRun
+                (
+                    "the fields of time " + runTime.timeName()
+                  + " cannot be written: the disk may be full"
+                );
+            }
             particles.write();
             particles.writeRestart();
         }

@@ -43,31 +43,39 @@ patchTable::patchTable
     }
     open_.transfer(open);
 
-    if (!Pstream::master())
+    path_ = p.time().globalPath()/"postProcessing"/"felmiFoam"/"solver.csv";
+
+    string failure;
+    if (Pstream::master())
     {
-        return;
+        failure = openFile(again);
     }
+    Pstream::scatter(failure);
 
-    const fileName path
-    (
-        p.time().globalPath()/"postProcessing"/"felmiFoam"/"solver.csv"
-    );
+    if (failure.size())
+    {
+        stopRun(failure);
+    }
+}
 
+
+string patchTable::openFile(const bool again)
+{
     string head("time,deltaT,courant,iterations,residual");
     for (const label patchi : open_)
     {
-        head += ",p_" + p.mesh().boundary()[patchi].name();
+        head += ",p_" + p_.mesh().boundary()[patchi].name();
     }
     head += ",height\n";
 
     char message[1024];
     const scalar from =
-        again ? p.time().value() : std::numeric_limits<scalar>::quiet_NaN();
+        again ? p_.time().value() : std::numeric_limits<scalar>::quiet_NaN();
 
     std::FILE* table =
         cpl_table_open
         (
-            path.c_str(),
+            path_.c_str(),
             head.c_str(),
             from,
             message,
@@ -75,16 +83,18 @@ patchTable::patchTable
         );
     if (!table)
     {
-        stopRun(message);
+        return message;
     }
     if (message[0])
     {
-        Info<< path.name() << ": " << message << nl << endl;
+        Info<< path_.name() << ": " << message << nl << endl;
     }
     std::fclose(table);
 
-    file_.open(path, std::ios::app);
+    file_.open(path_, std::ios::app);
     file_.precision(rowPrecision);
+
+    return string();
 }
 
 
@@ -106,20 +116,26 @@ void patchTable::write
             rho_*gSum(area*p_.boundaryField()[open_[i]])/gSum(area);
     }
 
-    if (!Pstream::master())
+    if (Pstream::master())
     {
-        return;
+        const Time& runTime = p_.time();
+
+        file_ << runTime.value() << ',' << runTime.deltaTValue() << ','
+            << courant << ',' << iterations << ',' << residual;
+        for (const scalar p : mean)
+        {
+            file_ << ',' << p;
+        }
+        file_ << ',' << height << std::endl;
     }
 
-    const Time& runTime = p_.time();
+    bool written = !file_.fail();
+    Pstream::scatter(written);
 
-    file_ << runTime.value() << ',' << runTime.deltaTValue() << ',' << courant
-        << ',' << iterations << ',' << residual;
-    for (const scalar p : mean)
+    if (!written)
     {
-        file_ << ',' << p;
+        stopRun("cannot write " + path_ + ": the disk may be full");
     }
-    file_ << ',' << height << std::endl;
 }
 
 } // End namespace Foam
