@@ -25,7 +25,7 @@ if [ "$subject" = make ]; then
     [ -f "$build/Makefile" ] || CC=clang cmake -S "$here/../.." -B "$build" -DFELMI_FUZZ=ON \
         -DCMAKE_BUILD_TYPE=None -DCMAKE_C_FLAGS="-O1 -fno-math-errno" >"$build/log" || exit 1
     exec cmake --build "$build" -j "$(nproc)" -- --no-print-directory \
-        fuzz_dictionary fuzz_stl fuzz_samples
+        fuzz_dictionary fuzz_stl fuzz_restart fuzz_samples
 fi
 
 work=$build/work/$subject
