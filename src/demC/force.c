@@ -40,12 +40,13 @@
 
 typedef struct block {
     int n;
-    uint32_t i[BLOCK + 1], j[BLOCK + 1];
-    uint32_t old[BLOCK + 1]; /* number of the contact in the last sum, */
-    uint8_t was[BLOCK + 1];  /* if there was one */
-    double dx[BLOCK + 1], dy[BLOCK + 1], dz[BLOCK + 1], d2[BLOCK + 1];
-    double reach[BLOCK + 1];  /* r_i + r_j */
-    double uneven[BLOCK + 1]; /* r_i - r_j */
+    uint32_t i[BLOCK + 1], j[BLOCK + 1]; /* j: with its image until it is gathered */
+    uint32_t old[BLOCK + 1];             /* number of the contact in the last sum, */
+    uint8_t was[BLOCK + 1];              /* if there was one */
+    double d2[BLOCK + 1];
+    double dx[BLOCK], dy[BLOCK], dz[BLOCK];
+    double reach[BLOCK];  /* r_i + r_j */
+    double uneven[BLOCK]; /* r_i - r_j */
     double overlap[BLOCK];
     double mass[BLOCK], radius[BLOCK];      /* effective; unless uniform */
     _Alignas(64) double velocity[BLOCK][4]; /* v_i - v_j */
@@ -104,17 +105,10 @@ DEM_INLINE void detect(block *b, const arrays *a, contact_stream *s, size_t i, s
         }
         double d2 = dx * dx + dy * dy + dz * dz, reach = uniform ? all_reach : r + xj[3];
         b->i[n] = (uint32_t)i;
-        b->j[n] = j;
+        b->j[n] = entry;
         b->old[n] = old;
         b->was[n] = a->touch[k];
-        b->dx[n] = dx;
-        b->dy[n] = dy;
-        b->dz[n] = dz;
         b->d2[n] = d2;
-        if (!uniform) {
-            b->reach[n] = reach;
-            b->uneven[n] = r - xj[3];
-        }
         int inside = d2 < reach * reach;
         old += a->touch[k];
         a->touch[k] = (uint8_t)inside;
@@ -131,17 +125,31 @@ DEM_INLINE size_t ring_at(const contact_stream *s, size_t k)
 }
 
 DEM_INLINE void gather(block *b, const arrays *a, const contact_stream *s, const pair_forces *job,
-                       int uniform)
+                       int uniform, int periodic)
 {
     static const vec4 none = {0, 0, 0, 0};
     for (int c = 0; c < b->n; c++) {
-        uint32_t i = b->i[c], j = b->j[c];
+        const uint32_t entry = b->j[c], i = b->i[c], j = periodic ? entry & NEIGHBOUR_MASK : entry;
+        const double *xi = a->pos[i], *xj = a->pos[j];
+        double dx = xi[0] - xj[0], dy = xi[1] - xj[1], dz = xi[2] - xj[2];
+        if (periodic) {
+            const double *shift = a->shift[entry >> NEIGHBOUR_BITS];
+            dx -= shift[0];
+            dy -= shift[1];
+            dz -= shift[2];
+        }
+        b->j[c] = j;
+        b->dx[c] = dx;
+        b->dy[c] = dy;
+        b->dz[c] = dz;
         const vec4 *vi = (const vec4 *)a->vel[i], *vj = (const vec4 *)a->vel[j];
         *(vec4 *)b->velocity[c] = vi[0] - vj[0];
         *(vec4 *)b->spin[c] = vi[1] + vj[1];
         const vec4 *old = (const vec4 *)s->spring[ring_at(s, b->old[c])];
         *(vec4 *)b->spring[c] = *(b->was[c] ? old : &none);
         if (uniform) continue;
+        b->reach[c] = xi[3] + xj[3];
+        b->uneven[c] = xi[3] - xj[3];
         *(vec4 *)b->twist[c] = (vi[1] - vj[1]) * b->uneven[c];
         b->mass[c] = 1 / (a->vel[i][3] + a->vel[j][3]);
         b->radius[c] = a->pos[i][3] * a->pos[j][3] / b->reach[c];
@@ -386,10 +394,10 @@ DEM_INLINE size_t count_own(const block *b, size_t n_own)
 }
 
 DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, contact_stream *s,
-                      pair_forces *job, dem_law law, int uniform)
+                      pair_forces *job, dem_law law, int uniform, int periodic)
 {
     if (!b->n || s->failed) return;
-    gather(b, a, s, job, uniform);
+    gather(b, a, s, job, uniform, periodic);
     if (x) gather_extra(b, x, s);
     apply_law(b, x, job, law, uniform);
     if (x) apply_extra(b, x, a, job);
@@ -413,13 +421,13 @@ DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, con
             size_t end = row_end - k > room ? k + room : row_end;
             detect(&b, a, s, i, k, end, uniform, 2 * job->radius, periodic);
             if (b.n == BLOCK) {
-                flush(&b, x, a, s, job, law, uniform);
+                flush(&b, x, a, s, job, law, uniform, periodic);
                 b.n = 0;
             }
             k = end;
         }
     }
-    flush(&b, x, a, s, job, law, uniform);
+    flush(&b, x, a, s, job, law, uniform, periodic);
 }
 
 typedef void pair_kernel(pair_forces *job, const arrays *a, contact_stream *s, size_t begin,
