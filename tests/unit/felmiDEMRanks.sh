@@ -170,11 +170,13 @@ once 1 "full/restart/0.06.h5: write: " -case full
 # A file system that really is full, where one can be made.
 mkdir small
 if mount -t tmpfs -o size=192k none small 2>/dev/null; then
+    trap 'umount "$work/small"' EXIT
     fresh small/case
     output=$(on 2 -case small/case 2>&1)
     [ $? = 1 ] && grep -q "No space left on device" <<<"$output" ||
         fail "on a full file system: $(tail -n 3 <<<"$output")"
     umount small
+    trap - EXIT
 fi
 
 # ---- one rank of two is killed while they write ------------------------------------------------------
