@@ -69,3 +69,15 @@ END
 blockMesh >log.blockMesh
 compareRanks skewed 672 "1 1 2" "2 2 1"
 grep -q 'cells, general' skewed221/log.felmiFoam
+
+# a rank without cells still has particles to move
+{ header dictionary decomposeParDict
+  echo 'numberOfSubdomains 2; method manual; coeffs { dataFile "allToOne"; }'
+} >system/decomposeParDict
+{ header labelList allToOne; echo "672 { 0 }"; } >constant/allToOne
+decomposePar >log.decomposePar
+onRanks 2 felmiFoam -parallel >log.felmiFoam 2>&1 || { tail log.felmiFoam; exit 1; }
+reconstructPar >log.reconstructPar
+mkdir oneHasAll
+mv dem $endTime oneHasAll
+felmiPython "$PYTHONPATH/foamSame.py" 1e-9 $endTime 0.1 672 skewed111 oneHasAll

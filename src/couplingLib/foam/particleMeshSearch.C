@@ -72,6 +72,11 @@ void particleMesh::locate
 {
     particleMesh& self = *static_cast<particleMesh*>(context);
 
+    if (!self.mesh_.nCells())
+    {
+        std::fill_n(cell, m, -1);
+        return;
+    }
     if (self.hint_.size() < label(m))
     {
         self.hint_.setSize(m, 0);
