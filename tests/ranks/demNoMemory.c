@@ -48,6 +48,7 @@ void *__libc_calloc(size_t n, size_t size);
 void *__libc_realloc(void *old, size_t n);
 void *__libc_memalign(size_t alignment, size_t n);
 
+#if HAVE_ALLOCATOR
 static void note(uintptr_t caller)
 {
     int k = 0;
@@ -74,7 +75,6 @@ static int refuses(const void *caller)
     return 1;
 }
 
-#if HAVE_ALLOCATOR
 void *malloc(size_t n)
 {
     return refuses(__builtin_return_address(0)) ? NULL : __libc_malloc(n);
