@@ -22,10 +22,10 @@
  *           |x_i - x_j| (w_i + w_j) + (r_i - r_j)(w_i - w_j)
  *
  * The loop is compiled once for every law, with and without periodic sides, for equal and for
- * different particles, and for three generations of vector instructions; the choice is made once
- * in a call. All have the same source. Rolling resistance, cohesion and the balance
- * (contact_extra.h) have loops of their own, for different particles; what they do stands between
- * law and scatter, and the plain loops know nothing of it.
+ * different particles, for one material and for several, and for three generations of vector
+ * instructions; the choice is made once in a call. All have the same source. Rolling resistance,
+ * cohesion and the balance (contact_extra.h) have loops of their own, for different particles; what
+ * they do stands between law and scatter, and the plain loops know nothing of it.
  */
 #include "force.h"
 
@@ -125,7 +125,7 @@ DEM_INLINE size_t ring_at(const contact_stream *s, size_t k)
 }
 
 DEM_INLINE void gather(block *b, const arrays *a, const contact_stream *s, const pair_forces *job,
-                       int uniform, int periodic)
+                       int uniform, int one, int periodic)
 {
     static const vec4 none = {0, 0, 0, 0};
     for (int c = 0; c < b->n; c++) {
@@ -153,12 +153,12 @@ DEM_INLINE void gather(block *b, const arrays *a, const contact_stream *s, const
         *(vec4 *)b->twist[c] = (vi[1] - vj[1]) * b->uneven[c];
         b->mass[c] = 1 / (a->vel[i][3] + a->vel[j][3]);
         b->radius[c] = a->pos[i][3] * a->pos[j][3] / b->reach[c];
-        b->q[c] = job->table[a->material[i] * job->n_material + a->material[j]];
+        if (!one) b->q[c] = job->table[a->material[i] * job->n_material + a->material[j]];
     }
 }
 
 /* Copies of the last pair up to whole vectors. */
-DEM_INLINE int fill_up(block *b, int uniform)
+DEM_INLINE int fill_up(block *b, int uniform, int one)
 {
     const int last = b->n - 1, whole = (b->n + WIDE - 1) / WIDE * WIDE;
     for (int c = b->n; c < whole; c++) {
@@ -175,19 +175,19 @@ DEM_INLINE int fill_up(block *b, int uniform)
         *(vec4 *)b->twist[c] = *(vec4 *)b->twist[last];
         b->mass[c] = b->mass[last];
         b->radius[c] = b->radius[last];
-        b->q[c] = b->q[last];
+        if (!one) b->q[c] = b->q[last];
     }
     return whole / WIDE;
 }
 
 /* `x`, a literal NULL in the plain loops, keeps what the extras ask for. */
 DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair_forces *job,
-                          dem_law law, int uniform)
+                          dem_law law, int uniform, int one)
 {
-    const coefficient only = job->only;
+    const coefficient only = uniform ? job->only : job->table[0];
     const double mass = .5 * job->mass, radius = .5 * job->radius, dt = job->dt;
     const double reach = 2 * job->radius;
-    const int n = WIDE * fill_up(b, uniform);
+    const int n = WIDE * fill_up(b, uniform, one);
     for (int c = 0; c < n; c++) {
         double d = sqrt(b->d2[c]), per_d = 1 / d;
         double nx = b->dx[c] * per_d, ny = b->dy[c] * per_d, nz = b->dz[c] * per_d;
@@ -211,7 +211,7 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
                      uniform ? radius : b->radius[c],
                      1};
         spring s = {b->spring[c][0], b->spring[c][1], b->spring[c][2], b->spring[c][3]};
-        contact_force f = law_force(law, uniform ? only : b->q[c], t, dt, &s);
+        contact_force f = law_force(law, one ? only : b->q[c], t, dt, &s);
         if (x) {
             x->normal[c] = f.normal;
             x->elastic[c] = f.elastic;
@@ -394,12 +394,12 @@ DEM_INLINE size_t count_own(const block *b, size_t n_own)
 }
 
 DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, contact_stream *s,
-                      pair_forces *job, dem_law law, int uniform, int periodic)
+                      pair_forces *job, dem_law law, int uniform, int one, int periodic)
 {
     if (!b->n || s->failed) return;
-    gather(b, a, s, job, uniform, periodic);
+    gather(b, a, s, job, uniform, one, periodic);
     if (x) gather_extra(b, x, s);
-    apply_law(b, x, job, law, uniform);
+    apply_law(b, x, job, law, uniform, one);
     if (x) apply_extra(b, x, a, job);
     const size_t n = (size_t)b->n;
     if (s->written + n > s->read + s->gap && contacts_widen(s, n)) return;
@@ -410,7 +410,8 @@ DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, contact_stream 
 }
 
 DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, contact_stream *s,
-                          size_t first, size_t last, dem_law law, int uniform, int periodic)
+                          size_t first, size_t last, dem_law law, int uniform, int one,
+                          int periodic)
 {
     block b;
     b.n = 0;
@@ -421,52 +422,57 @@ DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, con
             size_t end = row_end - k > room ? k + room : row_end;
             detect(&b, a, s, i, k, end, uniform, 2 * job->radius, periodic);
             if (b.n == BLOCK) {
-                flush(&b, x, a, s, job, law, uniform, periodic);
+                flush(&b, x, a, s, job, law, uniform, one, periodic);
                 b.n = 0;
             }
             k = end;
         }
     }
-    flush(&b, x, a, s, job, law, uniform, periodic);
+    flush(&b, x, a, s, job, law, uniform, one, periodic);
 }
 
 typedef void pair_kernel(pair_forces *job, const arrays *a, contact_stream *s, size_t begin,
                          size_t end);
 
-#define KERNEL(name, isa, law, uniform, periodic)                                                  \
+#define KERNEL(name, isa, law, uniform, one, periodic)                                             \
     isa static void name(pair_forces *job, const arrays *a, contact_stream *s, size_t begin,       \
                          size_t end)                                                               \
     {                                                                                              \
-        pair_loop(job, NULL, a, s, begin, end, law, uniform, periodic);                            \
+        pair_loop(job, NULL, a, s, begin, end, law, uniform, one, periodic);                       \
     }
 #define EXTRA_KERNEL(name, isa, law, periodic)                                                     \
     isa static void name(pair_forces *job, const arrays *a, contact_stream *s, size_t begin,       \
                          size_t end)                                                               \
     {                                                                                              \
         extra_block x;                                                                             \
-        pair_loop(job, &x, a, s, begin, end, law, 0, periodic);                                    \
+        pair_loop(job, &x, a, s, begin, end, law, 0, 0, periodic);                                 \
     }
-/* [law][equal particles, different ones, extras][periodic] */
+#define KERNELS_OF(name, isa, law)                                                                 \
+    KERNEL(name##_any, isa, law, 0, 0, 0)                                                          \
+    KERNEL(name##_any_periodic, isa, law, 0, 0, 1)                                                 \
+    KERNEL(name##_equal, isa, law, 1, 1, 0)                                                        \
+    KERNEL(name##_equal_periodic, isa, law, 1, 1, 1)                                               \
+    KERNEL(name##_alike, isa, law, 0, 1, 0)                                                        \
+    KERNEL(name##_alike_periodic, isa, law, 0, 1, 1)                                               \
+    EXTRA_KERNEL(name##_extra, isa, law, 0)                                                        \
+    EXTRA_KERNEL(name##_extra_periodic, isa, law, 1)
+#define TABLE_OF(name)                                                                             \
+    {                                                                                              \
+        [ANY] = {name##_any, name##_any_periodic},                                                 \
+        [EQUAL] = {name##_equal, name##_equal_periodic},                                           \
+        [ALIKE] = {name##_alike, name##_alike_periodic}, [EXTRA] = {                               \
+            name##_extra,                                                                          \
+            name##_extra_periodic                                                                  \
+        }                                                                                          \
+    }
+/* Particles of any kind, equal ones, different ones of one material, extras. */
+enum { ANY, EQUAL, ALIKE, EXTRA, KINDS };
+/* [law][kind][periodic] */
 #define KERNELS(suffix, isa)                                                                       \
-    KERNEL(linear_##suffix, isa, DEM_LINEAR, 0, 0)                                                 \
-    KERNEL(linear_periodic_##suffix, isa, DEM_LINEAR, 0, 1)                                        \
-    KERNEL(linear_uniform_##suffix, isa, DEM_LINEAR, 1, 0)                                         \
-    KERNEL(linear_uniform_periodic_##suffix, isa, DEM_LINEAR, 1, 1)                                \
-    EXTRA_KERNEL(linear_extra_##suffix, isa, DEM_LINEAR, 0)                                        \
-    EXTRA_KERNEL(linear_extra_periodic_##suffix, isa, DEM_LINEAR, 1)                               \
-    KERNEL(hertz_##suffix, isa, DEM_HERTZ, 0, 0)                                                   \
-    KERNEL(hertz_periodic_##suffix, isa, DEM_HERTZ, 0, 1)                                          \
-    KERNEL(hertz_uniform_##suffix, isa, DEM_HERTZ, 1, 0)                                           \
-    KERNEL(hertz_uniform_periodic_##suffix, isa, DEM_HERTZ, 1, 1)                                  \
-    EXTRA_KERNEL(hertz_extra_##suffix, isa, DEM_HERTZ, 0)                                          \
-    EXTRA_KERNEL(hertz_extra_periodic_##suffix, isa, DEM_HERTZ, 1)                                 \
-    static pair_kernel *const kernels_##suffix[2][3][2] = {                                        \
-        {{linear_##suffix, linear_periodic_##suffix},                                              \
-         {linear_uniform_##suffix, linear_uniform_periodic_##suffix},                              \
-         {linear_extra_##suffix, linear_extra_periodic_##suffix}},                                 \
-        {{hertz_##suffix, hertz_periodic_##suffix},                                                \
-         {hertz_uniform_##suffix, hertz_uniform_periodic_##suffix},                                \
-         {hertz_extra_##suffix, hertz_extra_periodic_##suffix}}};
+    KERNELS_OF(linear_##suffix, isa, DEM_LINEAR)                                                   \
+    KERNELS_OF(hertz_##suffix, isa, DEM_HERTZ)                                                     \
+    static pair_kernel *const kernels_##suffix[2][KINDS][2] = {TABLE_OF(linear_##suffix),          \
+                                                               TABLE_OF(hertz_##suffix)};
 
 KERNELS(plain, )
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(DEM_PLAIN) /* fuzzers: less to compile */
@@ -511,7 +517,8 @@ void forces_of_rows(force_loop *loop, size_t begin, size_t end)
                       (const double(*)[4])list->shift,
                       loop->springs.c->touch,
                       p->n};
-    pair_kernel *kernel = choose(job->law, job->extras ? 2 : job->uniform != 0, list->any_periodic);
+    const int plain = job->uniform ? EQUAL : job->n_material == 1 ? ALIKE : ANY;
+    pair_kernel *kernel = choose(job->law, job->extras ? EXTRA : plain, list->any_periodic);
     kernel(job, &a, &loop->springs, begin, end);
 }
 

@@ -75,7 +75,7 @@ static double scatter(gsl_rng *rng, double size)
 }
 
 /* A pair at random that touches, or does not. */
-static void draw(gsl_rng *rng, state *s, int uniform, int touches)
+static void draw(gsl_rng *rng, state *s, int uniform, int materials, int touches)
 {
     double n[3], length = 0;
     for (int a = 0; a < 3; a++) {
@@ -84,7 +84,7 @@ static void draw(gsl_rng *rng, state *s, int uniform, int touches)
     }
     for (int i = 0; i < 2; i++) {
         s->pos[i][3] = 1e-3 * (uniform ? 1 : 1 + i * .37);
-        s->material[i] = uniform ? 0 : i;
+        s->material[i] = i % materials;
         const double r = s->pos[i][3], mass = 2500 * 4. / 3 * M_PI * r * r * r;
         for (int a = 0; a < 3; a++) {
             s->vel[i][a] = scatter(rng, 1);
@@ -143,7 +143,7 @@ static void task_init(task *t, dem_law law, int kind, size_t pairs)
                          .table = t->resistance};
     t->job = (pair_forces){.law = law,
                            .table = t->table,
-                           .n_material = 2,
+                           .n_material = kind == 0 || kind == 3 ? 1 : 2,
                            .uniform = kind == 0,
                            .mass = 2500 * 4. / 3 * M_PI * 1e-9,
                            .radius = 1e-3,
@@ -181,7 +181,7 @@ static void compare_sum(task *t, gsl_rng *rng, double share)
     size_t contacts = 0;
     for (size_t k = 0; k < t->pairs; k++) {
         state s;
-        draw(rng, &s, job.uniform, gsl_rng_uniform(rng) < share);
+        draw(rng, &s, job.uniform, job.n_material, gsl_rng_uniform(rng) < share);
         to_row(&t->alone[k], 0, &s);
         to_row(&t->together, t->where[k], &s);
         contacts += sum_forces(&job, &t->alone[k], 1);
@@ -240,6 +240,12 @@ static void linear_different(void **state)
     as_if_alone(DEM_LINEAR, 1);
 }
 
+static void linear_one_material(void **state)
+{
+    (void)state;
+    as_if_alone(DEM_LINEAR, 3);
+}
+
 static void linear_with_more(void **state)
 {
     (void)state;
@@ -256,6 +262,12 @@ static void hertz_different(void **state)
 {
     (void)state;
     as_if_alone(DEM_HERTZ, 1);
+}
+
+static void hertz_one_material(void **state)
+{
+    (void)state;
+    as_if_alone(DEM_HERTZ, 3);
 }
 
 static void hertz_with_more(void **state)
@@ -298,9 +310,10 @@ static void turned_about(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(linear_equal),     cmocka_unit_test(linear_different),
-        cmocka_unit_test(linear_with_more), cmocka_unit_test(hertz_equal),
-        cmocka_unit_test(hertz_different),  cmocka_unit_test(hertz_with_more),
+        cmocka_unit_test(linear_equal),        cmocka_unit_test(linear_different),
+        cmocka_unit_test(linear_with_more),    cmocka_unit_test(hertz_equal),
+        cmocka_unit_test(hertz_different),     cmocka_unit_test(hertz_with_more),
+        cmocka_unit_test(linear_one_material), cmocka_unit_test(hertz_one_material),
         cmocka_unit_test(turned_about),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
