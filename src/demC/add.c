@@ -9,6 +9,7 @@
  */
 #include "check.h"
 #include "dem_internal.h"
+#include "periodic.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -27,20 +28,17 @@ static int by_id(const void *a, const void *b)
 static dem_status send_ids(dem_sim *sim, size_t n, const int64_t *id, parcel *in)
 {
     const particles *p = &sim->particles;
-    const uint64_t ranks = (uint64_t)sim->ranks;
-    int64_t *out = malloc((p->n + n + 1) * sizeof *out);
-    size_t *first = calloc(ranks + 2, sizeof *first), *next = first + 1;
-    dem_status status = out && first ? DEM_OK : no_memory(sim);
-    for (size_t i = 0; i < p->n + n && !status; i++)
-        next[(uint64_t)(i < p->n ? p->id[i] : id[i - p->n]) % ranks]++;
-    if (!status) counts_to_first(next, sim->ranks);
-    for (size_t i = 0; i < p->n + n && !status; i++) {
-        const int64_t one = i < p->n ? p->id[i] : id[i - p->n];
-        out[next[(uint64_t)one % ranks]++] = one;
-    }
+    const size_t all = p->n + n;
+    int64_t *out = malloc((all + 1) * sizeof *out);
+    int *rank = malloc((all + 1) * sizeof *rank);
+    size_t *first = NULL, *place = NULL;
+    dem_status status = out && rank ? DEM_OK : no_memory(sim);
+    for (size_t i = 0; i < all && !status; i++)
+        rank[i] = (int)((uint64_t)(i < p->n ? p->id[i] : id[i - p->n]) % (uint64_t)sim->ranks);
+    if (!status) status = order_by_rank(sim, all, rank, &first, &place);
+    for (size_t i = 0; i < all && !status; i++) out[place[i]] = i < p->n ? p->id[i] : id[i - p->n];
     status = send_blocks(sim, status, first, out, sizeof *out, in);
-    free(first);
-    free(out);
+    free(first), free(place), free(rank), free(out);
     return status;
 }
 
@@ -112,6 +110,12 @@ static dem_status divide_first(dem_sim *sim, const newcomers *a)
     return status;
 }
 
+/* To name one that is to be added: its place in what the rank gave, and the rank. */
+static int64_t label_of(const dem_sim *sim, size_t i)
+{
+    return -1 - ((int64_t)sim->rank << LABEL_BITS | (int64_t)i);
+}
+
 static void pack_newcomer(const dem_sim *sim, const newcomers *a, size_t i, const int64_t *id,
                           newcomer *c)
 {
@@ -119,12 +123,10 @@ static void pack_newcomer(const dem_sim *sim, const newcomers *a, size_t i, cons
     memcpy(c->x, a->x[i], sizeof c->x);
     if (a->v) memcpy(c->v, a->v[i], sizeof c->v);
     if (a->omega) memcpy(c->omega, a->omega[i], sizeof c->omega);
-    for (int d = 0; d < 3; d++) /* the upper periodic side is the lower one */
-        if (sim->periodic[d] && c->x[d] >= sim->hi[d]) c->x[d] -= sim->hi[d] - sim->lo[d];
     c->radius = a->radius[i];
     c->material = a->material[i];
     c->id = id[i];
-    c->label = -(int64_t)i - 1;
+    c->label = label_of(sim, i);
 }
 
 /* Arrays of what came. */
@@ -174,23 +176,22 @@ static void free_newcomers(newcomers *a)
 static dem_status send_newcomers(dem_sim *sim, newcomers *a, const int64_t *id)
 {
     parcel in = {0};
-    newcomer *out = malloc((a->n + 1) * sizeof *out), c;
+    newcomer *out = malloc((a->n + 1) * sizeof *out);
     int *owner = malloc((a->n + 1) * sizeof *owner);
-    size_t *first = calloc((size_t)sim->ranks + 2, sizeof *first), *next = first + 1;
-    dem_status status = out && owner && first ? DEM_OK : no_memory(sim);
+    size_t *first = NULL, *place = NULL;
+    dem_status status = out && owner ? DEM_OK : no_memory(sim);
     for (size_t i = 0; i < a->n && !status; i++) {
-        pack_newcomer(sim, a, i, id, &c);
-        owner[i] = domain_owner(sim, c.x);
-        next[owner[i]]++;
+        double x[3];
+        memcpy(x, a->x[i], sizeof x);
+        wrap_into(x, sim->lo, sim->hi, sim->periodic); /* where it will be found */
+        owner[i] = domain_owner(sim, x);
     }
-    if (!status) counts_to_first(next, sim->ranks);
-    for (size_t i = 0; i < a->n && !status; i++)
-        pack_newcomer(sim, a, i, id, &out[next[owner[i]]++]);
-    if (!status) first[0] = 0;
+    if (!status) status = order_by_rank(sim, a->n, owner, &first, &place);
+    for (size_t i = 0; i < a->n && !status; i++) pack_newcomer(sim, a, i, id, &out[place[i]]);
     status = send_blocks(sim, status, first, out, sizeof *out, &in);
     if (!status) status = agree(sim, unpack_newcomers(sim, &in, a));
     parcel_free(&in);
-    free(out), free(owner), free(first);
+    free(first), free(place), free(owner), free(out);
     return status;
 }
 

@@ -7,6 +7,7 @@
 #include "check.h"
 
 #include "halo.h"
+#include "periodic.h"
 
 #include "levels.h"
 
@@ -309,10 +310,14 @@ typedef struct crowd {
 /* "particle 17", or by its place among those to be added. */
 static const char *name_of(int64_t label, char name[64])
 {
+    const int64_t given = -1 - label;
+    const long long at = given & (((int64_t)1 << LABEL_BITS) - 1), by = given >> LABEL_BITS;
+    char rank[32] = "";
+    if (by > 0) snprintf(rank, sizeof rank, " by rank %lld", by);
     if (label >= 0)
         snprintf(name, 64, "particle %lld", (long long)label);
     else
-        snprintf(name, 64, "particle %lld to be added", -(long long)label - 1);
+        snprintf(name, 64, "particle %lld to be added%s", at, rank);
     return name;
 }
 
@@ -358,10 +363,7 @@ static dem_status gather_own(dem_sim *sim, size_t n, const double (*x)[3], const
         memcpy(pos, i < p->n ? p->pos[i] : x[k], 3 * sizeof(double));
         pos[3] = i < p->n ? p->radius[i] : radius[k];
         all->label[i] = i < p->n ? p->id[i] : label ? label[k] : -(int64_t)k - 1;
-        for (int a = 0; a < 3; a++) {
-            double length = sim->hi[a] - sim->lo[a];
-            if (sim->periodic[a]) pos[a] -= length * floor((pos[a] - sim->lo[a]) / length);
-        }
+        wrap_into(pos, sim->lo, sim->hi, sim->periodic);
     }
     return DEM_OK;
 }

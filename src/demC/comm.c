@@ -78,6 +78,18 @@ void parcel_free(parcel *p)
     memset(p, 0, sizeof *p);
 }
 
+dem_status order_by_rank(dem_sim *sim, size_t n, const int *rank, size_t **first, size_t **place)
+{
+    *first = calloc((size_t)sim->ranks + 2, sizeof **first);
+    *place = malloc((n + 1) * sizeof **place);
+    if (!*first || !*place) return no_memory(sim);
+    size_t *next = *first + 1; /* runs from the begin of a rank to its end */
+    for (size_t k = 0; k < n; k++) next[rank[k]]++;
+    counts_to_first(next, sim->ranks);
+    for (size_t k = 0; k < n; k++) (*place)[k] = next[rank[k]]++;
+    return DEM_OK;
+}
+
 /* Requests for `bytes` bytes to or from the rank r. */
 static int post(const dem_sim *sim, int r, char *data, size_t bytes, int sends,
                 MPI_Request *request)

@@ -45,6 +45,9 @@ dem_status send_blocks(dem_sim *sim, dem_status status, const size_t *first, con
 dem_status share_blocks(dem_sim *sim, dem_status status, size_t n, const void *data, size_t size,
                         parcel *in);
 void parcel_free(parcel *p);
+/* Where n blocks lie when they are in the order of the ranks they go to: block k at (*place)[k],
+ * and *first as send_blocks wants it; both to be freed, in error too. Not collective. */
+dem_status order_by_rank(dem_sim *sim, size_t n, const int *rank, size_t **first, size_t **place);
 /* From counts[r] to first[r], in place; first has ranks + 1 places. */
 size_t counts_to_first(size_t *first, int ranks);
 

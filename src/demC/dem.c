@@ -261,9 +261,14 @@ static int list_holds(dem_sim *sim)
 static dem_status exchange_particles(dem_sim *sim)
 {
     const double begin = MPI_Wtime();
+    const int64_t divisions = sim->report.divisions;
     dem_status status = domain_balance(sim);
     if (!status) status = migrate(sim, sim->largest_radius + sim->list.skin);
-    sim->report.seconds_exchange += MPI_Wtime() - begin;
+    const double took = MPI_Wtime() - begin;
+    sim->report.seconds_exchange += took;
+    if (sim->report.divisions == divisions) return status;
+    sim->domain.cost = took;
+    max_reals(sim, &sim->domain.cost, 1);
     return status;
 }
 
@@ -377,6 +382,7 @@ static dem_status move_particles(dem_sim *sim, double dt, motion *m)
     const double begin = MPI_Wtime();
     if (sim->balance.on && balance_open(sim)) return DEM_NO_MEMORY;
     pair_forces pairs = {.law = sim->law,
+                         .vectors = sim->vectors,
                          .table = sim->table,
                          .n_material = sim->n_material,
                          .uniform = sim->uniform,

@@ -13,8 +13,15 @@
  *
  * Conventions. SI units. Vectors are [n][3]. Ids are int64_t. The unit normal of a contact between
  * i and j points from j to i; the overlap is positive in contact. A wall's signed distance phi is
- * positive where particles may be. All functions that take a dem_sim are collective over its
- * communicator; errors come back as the same code on every rank, with the text in dem_message().
+ * positive where particles may be.
+ *
+ * On several ranks. Parameters are the same on all of them, lists and tables included. Functions
+ * that change a simulation or write are collective over its communicator; what only looks
+ * (dem_particles, dem_column, dem_time, dem_last_report and the like) is not. dem_add and
+ * dem_set_outside_force take from every rank what it has, a view and a column are of the particles
+ * that are here now, all other numbers are of all ranks and the same on each. A particle belongs to
+ * the rank in whose part of space it is; it may change ranks in dem_add and dem_advance. Errors
+ * come back as the same code on every rank, with the text in dem_message().
  *
  * References: Cundall & Strack, Geotechnique 29 (1979) 47, doi:10.1680/geot.1979.29.1.47;
  * Y. Mori, doctoral thesis, University of Tokyo (2021).

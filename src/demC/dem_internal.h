@@ -43,6 +43,7 @@ struct dem_sim {
     resistance *resistance; /* likewise */
     double steps_per_period, time_step, impact_speed, skin, fixed_step, imbalance;
     extras extras;
+    int vectors;   /* of the force loop, what all ranks have */
     int any_extra; /* the plain force loops do not do */
 
     particles particles;

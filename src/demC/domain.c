@@ -9,7 +9,7 @@
  * doi:10.1109/TC.1987.1676942; Devine et al., Comput. Sci. Eng. 4(2) (2002) 90,
  * doi:10.1109/5992.988653.
  *
- * Work. What a rank's force loop and list took since the last look is spread over its particles in
+ * Work. What forces and motion took on a rank since the last look is spread over its particles in
  * proportion to their rows: a look at every pair of the list, and as much as OWN of them for the
  * motion of the particle itself. When the busiest rank works `imbalance` times as long as the mean,
  * space is divided anew by these weights. A look waits until the ranks have worked WINDOW times as
@@ -106,7 +106,6 @@ dem_status domain_divide(dem_sim *sim, size_t n, const double (*pos)[4], const f
 {
     domain *d = &sim->domain;
     if (sim->ranks == 1) return DEM_OK;
-    const double begin = MPI_Wtime();
     points p = {n, pos, weight};
     Zoltan_Set_Num_Obj_Fn(d->zoltan, count_points, &p);
     Zoltan_Set_Obj_List_Fn(d->zoltan, list_points, &p);
@@ -129,8 +128,6 @@ dem_status domain_divide(dem_sim *sim, size_t n, const double (*pos)[4], const f
                        : DEM_OK);
     d->divided = !status;
     sim->report.divisions++;
-    d->cost = MPI_Wtime() - begin;
-    max_reals(sim, &d->cost, 1);
     return status;
 }
 
@@ -197,8 +194,11 @@ static dem_status divide_by_work(dem_sim *sim, double busy)
     dem_status status = agree(sim, weight ? DEM_OK : no_memory(sim));
     double sum = 0;
     for (size_t i = 0; i < p->n && !status; i++) {
-        const uint32_t r = neighbour_row(list, (uint32_t)i);
-        weight[i] = OWN + (list->valid ? (float)(list->row[r + 1] - list->row[r]) : 0);
+        weight[i] = OWN;
+        if (list->valid) {
+            const uint32_t r = neighbour_row(list, (uint32_t)i);
+            weight[i] += (float)(list->row[r + 1] - list->row[r]);
+        }
         sum += weight[i];
     }
     for (size_t i = 0; i < p->n && !status; i++) weight[i] *= (float)(busy / sum);

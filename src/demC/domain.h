@@ -14,11 +14,12 @@ struct Zoltan_Struct;
 typedef struct domain {
     struct Zoltan_Struct *zoltan; /* NULL on one rank */
     int divided;                  /* there are parts */
-    double lo[3], hi[3];       /* of this rank's part; infinite where it has no other beside it */
-    int *near;                 /* [ranks] what domain_near() found */
-    int *found, *seen, search; /* [ranks] its work space */
-    double busy;               /* s that this rank worked since imbalance was last looked at */
-    double cost;               /* s that the last division took, of the slowest rank */
+    double lo[3], hi[3]; /* of this rank's part; infinite where it has no other beside it */
+    int *near;           /* [ranks] what domain_near() found */
+    int *found;          /* [ranks] its work space */
+    uint64_t *seen, search;
+    double busy; /* s that this rank worked since imbalance was last looked at */
+    double cost; /* s that the last division took, with all that moved for it */
 } domain;
 
 dem_status domain_init(dem_sim *sim);

@@ -34,6 +34,7 @@
 #include "check.h"
 #include "dem_internal.h"
 #include "insert.h"
+#include "periodic.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -381,13 +382,8 @@ static dem_status enter(dem_sim *sim, feeder *f, crowd *c, const double x[3], ar
         return no_memory(sim);
     grid_enter(&c->grid, c->n - 1);
     const size_t i = in->n++;
-    for (int a = 0; a < 3; a++) {
-        const double length = sim->hi[a] - sim->lo[a];
-        in->x[i][a] = x[a];
-        if (!sim->periodic[a]) continue;
-        in->x[i][a] -= length * floor((x[a] - sim->lo[a]) / length);
-        if (in->x[i][a] >= sim->hi[a]) in->x[i][a] = sim->lo[a]; /* a step below lo rounds to hi */
-    }
+    memcpy(in->x[i], x, sizeof *in->x);
+    wrap_into(in->x[i], sim->lo, sim->hi, sim->periodic);
     insert_velocity(f->rng, f->given.velocity, f->given.velocity_spread, in->v[i]);
     memcpy(in->omega[i], f->given.angular_velocity, sizeof *in->omega);
     in->radius[i] = .5 * f->diameter;

@@ -9,8 +9,13 @@
 #include "contact.h"
 #include "contact_extra.h"
 
+/* Which vector instructions this machine has: 0 none that we use, 1 AVX2, 2 AVX-512. Their results
+ * differ in rounding: ranks that share pairs take what all of them have. */
+int force_vectors(void);
+
 typedef struct pair_forces {
     dem_law law;
+    int vectors;              /* at most force_vectors() */
     const coefficient *table; /* [n_material * n_material] */
     int n_material;
     int uniform;         /* all particles have one material, one radius and one mass */

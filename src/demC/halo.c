@@ -41,25 +41,39 @@ void halo_free(halo *h)
 /* Who goes where, one after the other. */
 typedef struct trips {
     size_t n, capacity;
-    struct trip {
-        uint32_t i;
-        int rank;
-    } * trip;
+    uint32_t *i;
+    int *rank;
 } trips;
+
+static void trips_free(trips *t)
+{
+    free(t->i);
+    free(t->rank);
+}
+
+static dem_status reserve_trips(dem_sim *sim, trips *t, size_t n)
+{
+    if (n <= t->capacity) return DEM_OK;
+    const size_t room = 2 * n + 256;
+    uint32_t *i = realloc(t->i, room * sizeof *i);
+    if (i) t->i = i;
+    int *rank = realloc(t->rank, room * sizeof *rank);
+    if (rank) t->rank = rank;
+    if (!i || !rank) return no_memory(sim);
+    t->capacity = room;
+    return DEM_OK;
+}
 
 static dem_status find_trips(dem_sim *sim, size_t n, const double (*pos)[4], double reach, trips *t)
 {
     for (size_t i = 0; i < n; i++) {
-        const int near = domain_near(sim, pos[i], pos[i][3] + reach);
-        if (t->n + (size_t)near > t->capacity) {
-            const size_t room = 2 * t->n + (size_t)near + 256;
-            struct trip *grown = realloc(t->trip, room * sizeof *grown);
-            if (!grown) return no_memory(sim);
-            t->trip = grown;
-            t->capacity = room;
+        const size_t near = (size_t)domain_near(sim, pos[i], pos[i][3] + reach);
+        const dem_status status = reserve_trips(sim, t, t->n + near);
+        if (status) return status;
+        for (size_t k = 0; k < near; k++) {
+            t->i[t->n] = (uint32_t)i;
+            t->rank[t->n++] = sim->domain.near[k];
         }
-        for (int k = 0; k < near; k++)
-            t->trip[t->n++] = (struct trip){(uint32_t)i, sim->domain.near[k]};
     }
     return DEM_OK;
 }
@@ -69,29 +83,24 @@ static dem_status pack(dem_sim *sim, const trips *t, ghost_record **out)
 {
     halo *h = &sim->halo;
     const particles *p = &sim->particles;
-    const size_t ranks = (size_t)sim->ranks;
-    h->first = calloc(ranks + 2, sizeof *h->first);
+    size_t *place;
+    dem_status status = order_by_rank(sim, t->n, t->rank, &h->first, &place);
     h->send = malloc((t->n + 1) * sizeof *h->send);
     h->out = malloc((t->n + 1) * sizeof *h->out);
-    h->request = malloc(2 * ranks * sizeof *h->request);
-    *out = malloc((t->n + 1) * sizeof **out);
-    if (!h->first || !h->send || !h->out || !h->request || !*out) return no_memory(sim);
-    size_t *next = h->first + 1; /* runs from the begin of a rank to its end */
-    for (size_t k = 0; k < t->n; k++) next[t->trip[k].rank]++;
-    counts_to_first(next, sim->ranks);
-    for (size_t k = 0; k < t->n; k++) {
-        const uint32_t i = t->trip[k].i;
-        const size_t at = next[t->trip[k].rank]++;
-        h->send[at] = i;
-        ghost_record *g = &(*out)[at];
-        memset(g, 0, sizeof *g);
+    h->request = malloc(2 * (size_t)sim->ranks * sizeof *h->request);
+    *out = calloc(t->n + 1, sizeof **out);
+    if (!h->send || !h->out || !h->request || !*out) status = no_memory(sim);
+    for (size_t k = 0; k < t->n && !status; k++) {
+        const uint32_t i = t->i[k];
+        ghost_record *g = &(*out)[place[k]];
+        h->send[place[k]] = i;
         memcpy(g->pos, p->pos[i], sizeof g->pos);
         memcpy(g->vel, p->vel[i], sizeof g->vel);
         g->id = p->id[i];
         g->material = p->material[i];
     }
-    h->first[0] = 0;
-    return DEM_OK;
+    free(place);
+    return status;
 }
 
 static dem_status unpack(dem_sim *sim, const parcel *in)
@@ -136,7 +145,7 @@ dem_status halo_make(dem_sim *sim, double reach)
     }
     parcel_free(&in);
     free(out);
-    free(t.trip);
+    trips_free(&t);
     return status;
 }
 
@@ -186,24 +195,20 @@ typedef struct sphere_record {
     int64_t label;
 } sphere_record;
 
-/* The trips by rank: first[r], malloc'ed, and the records. */
 static dem_status pack_spheres(dem_sim *sim, const trips *t, const double (*pos)[4],
                                const int64_t *label, size_t **first, sphere_record **out)
 {
-    *first = calloc((size_t)sim->ranks + 2, sizeof **first);
+    size_t *place;
+    dem_status status = order_by_rank(sim, t->n, t->rank, first, &place);
     *out = malloc((t->n + 1) * sizeof **out);
-    if (!*first || !*out) return no_memory(sim);
-    size_t *next = *first + 1;
-    for (size_t k = 0; k < t->n; k++) next[t->trip[k].rank]++;
-    counts_to_first(next, sim->ranks);
-    for (size_t k = 0; k < t->n; k++) {
-        const uint32_t i = t->trip[k].i;
-        sphere_record *s = &(*out)[next[t->trip[k].rank]++];
-        memcpy(s->pos, pos[i], sizeof s->pos);
-        s->label = label[i];
+    if (!*out) status = no_memory(sim);
+    for (size_t k = 0; k < t->n && !status; k++) {
+        sphere_record *s = &(*out)[place[k]];
+        memcpy(s->pos, pos[t->i[k]], sizeof s->pos);
+        s->label = label[t->i[k]];
     }
-    (*first)[0] = 0;
-    return DEM_OK;
+    free(place);
+    return status;
 }
 
 static dem_status append_spheres(dem_sim *sim, const parcel *in, size_t *n, double (**pos)[4],
@@ -236,6 +241,7 @@ dem_status halo_spheres(dem_sim *sim, dem_status status, double reach, size_t *n
     status = send_blocks(sim, status, first, out, sizeof *out, &in);
     if (!status) status = append_spheres(sim, &in, n, pos, label);
     parcel_free(&in);
-    free(first), free(out), free(t.trip);
+    free(first), free(out);
+    trips_free(&t);
     return agree(sim, status);
 }

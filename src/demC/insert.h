@@ -37,8 +37,8 @@ typedef struct insert_place {
  * overlapped (RANDOM, LATTICE). *made is overwritten and belongs to the caller. Positions lie in
  * the domain, wrapped into it in periodic directions. The result depends on the arguments only.
  *
- * Collective over the ranks of place->sim, agreed upon; `message` is sim->message then. The old ones
- * are those of this rank, and *made is its share of the new ones: all of them together, in the
+ * Collective over the ranks of place->sim, agreed upon; `message` is sim->message then. The old
+ * ones are those of this rank, and *made is its share of the new ones: all of them together, in the
  * order of the ranks, are what one rank would make.
  *
  * DEM_BAD_ARGUMENT when the particles cannot be placed, with the reason in `message` (of `size`

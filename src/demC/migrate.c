@@ -171,21 +171,14 @@ static void copy_row(particles *p, size_t i, char *data, int to_store)
 static dem_status send_by_rank(moving *m, dem_status status, const heap *records, const int *to,
                                size_t size, parcel *in)
 {
-    dem_sim *sim = m->sim;
-    size_t *first = calloc((size_t)sim->ranks + 2, sizeof *first);
+    size_t *first = NULL, *place = NULL;
     char *out = malloc(records->n * size + 1);
-    if (!status && (!first || !out)) status = no_memory(sim);
-    if (!status) {
-        size_t *next = first + 1;
-        for (size_t k = 0; k < records->n; k++) next[to[k]]++;
-        counts_to_first(next, sim->ranks);
-        for (size_t k = 0; k < records->n; k++)
-            memcpy(out + size * next[to[k]]++, records->data + size * k, size);
-        first[0] = 0;
-    }
-    status = send_blocks(sim, status, first, out, size, in);
-    free(first);
-    free(out);
+    if (!status) status = order_by_rank(m->sim, records->n, to, &first, &place);
+    if (!status && !out) status = no_memory(m->sim);
+    for (size_t k = 0; k < records->n && !status; k++)
+        memcpy(out + size * place[k], records->data + size * k, size);
+    status = send_blocks(m->sim, status, first, out, size, in);
+    free(first), free(place), free(out);
     return status;
 }
 

@@ -17,6 +17,7 @@
 #include "neighbour.h"
 
 #include "levels.h"
+#include "periodic.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -92,14 +93,8 @@ static dem_status reserve(neighbour *list, size_t n)
 
 void neighbour_wrap(const neighbour *list, particles *p)
 {
-    for (int a = 0; a < 3; a++) {
-        if (!list->periodic[a]) continue;
-        double lo = list->lo[a], length = list->hi[a] - lo;
-        for (size_t i = 0; i < p->n; i++) {
-            double x = p->pos[i][a] - floor((p->pos[i][a] - lo) / length) * length;
-            p->pos[i][a] = x < list->hi[a] ? x : lo;
-        }
-    }
+    for (size_t i = 0; i < p->n && list->any_periodic; i++)
+        wrap_into(p->pos[i], list->lo, list->hi, list->periodic);
 }
 
 extent neighbour_extent(const particles *p)

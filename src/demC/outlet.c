@@ -12,6 +12,7 @@
 #include "outlet.h"
 
 #include "dem_internal.h"
+#include "periodic.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -87,11 +88,8 @@ static int holds(const outlet *o, const double x[3])
 static outlet *taker(dem_sim *sim, const double pos[4])
 {
     double x[3];
-    for (int a = 0; a < 3; a++) {
-        const double length = sim->hi[a] - sim->lo[a];
-        x[a] = pos[a];
-        if (sim->periodic[a]) x[a] -= length * floor((x[a] - sim->lo[a]) / length);
-    }
+    memcpy(x, pos, sizeof x);
+    wrap_into(x, sim->lo, sim->hi, sim->periodic);
     for (outlet *o = sim->outlets.outlet; o < sim->outlets.outlet + sim->outlets.n; o++)
         if (sim->time >= o->given.begin && sim->time < o->given.end && holds(o, x)) return o;
     return NULL;

@@ -11,7 +11,8 @@
 
 #include "memory.h"
 
-#include <math.h>
+#include "periodic.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -245,10 +246,9 @@ void particles_publish(particles *p, const double lo[3], const double hi[3], con
 {
     for (size_t i = 0; i < p->n; i++)
         for (int a = 0; a < 3; a++) {
-            double x = p->pos[i][a];
+            const double x = p->pos[i][a];
             /* Between rebuilds a particle may be a little beyond a periodic side. */
-            if (periodic[a]) x -= floor((x - lo[a]) / (hi[a] - lo[a])) * (hi[a] - lo[a]);
-            p->x[i][a] = x;
+            p->x[i][a] = periodic[a] ? wrap_along(x, lo[a], hi[a]) : x;
             p->v[i][a] = p->vel[i][a];
             p->omega[i][a] = p->vel[i][4 + a];
         }

@@ -139,6 +139,12 @@ void take_stock(dem_sim *sim)
     look_ahead(sim);
 }
 
+static int by_id(const void *a, const void *b)
+{
+    const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
 /* Particles are about to come or go: what refers to rows of the store is saved. */
 static dem_status prepare_change(dem_sim *sim)
 {
@@ -172,7 +178,9 @@ dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const d
         status = fail(sim, DEM_BAD_ARGUMENT, "%zu particles on one rank, at most %u", p->n + n,
                       (unsigned)NEIGHBOUR_MASK);
     if (!status && particles_reserve(p, p->n + p->n_ghost + n)) status = no_memory(sim);
-    if (!status) status = prepare_change(sim);
+    status = agree(sim, status);
+    if (status) return status;
+    status = prepare_change(sim);
     if (!status) status = make_way(sim, n);
     status = agree(sim, status);
     if (status) return status;
@@ -202,33 +210,56 @@ static void book_leaving(dem_sim *sim, size_t i)
     balance_supply(sim, i, -1);
 }
 
+/* Ghosts whose owners have removed them: after the flags of own particles in `gone`. */
+static dem_status flag_ghosts(dem_sim *sim, dem_status status, uint8_t *gone)
+{
+    const particles *p = &sim->particles;
+    if (sim->ranks == 1) return status;
+    parcel in = {0};
+    size_t n = 0;
+    int64_t *id = malloc((p->n + 1) * sizeof *id);
+    if (!status && !id) status = no_memory(sim);
+    for (size_t i = 0; i < p->n && !status; i++)
+        if (gone[i]) id[n++] = p->id[i];
+    status = share_blocks(sim, status, n, id, sizeof *id, &in);
+    if (!status && in.n) qsort(in.data, in.n, sizeof *id, by_id);
+    for (size_t i = p->n; i < p->n + p->n_ghost && !status; i++)
+        gone[i] = in.n && bsearch(&p->id[i], in.data, in.n, sizeof *id, by_id) != NULL;
+    parcel_free(&in);
+    free(id);
+    return status;
+}
+
 dem_status remove_particles(dem_sim *sim, const uint8_t *gone)
 {
     particles *p = &sim->particles;
     const size_t n = p->n, rows = n + p->n_ghost;
     uint32_t *order = malloc((rows + 1) * sizeof *order),
              *place = malloc((rows + 1) * sizeof *place);
+    uint8_t *goes = calloc(rows + 1, sizeof *goes);
+    dem_status status = order && place && goes ? DEM_OK : no_memory(sim);
     balance_changing(sim);
-    dem_status status = order && place ? prepare_change(sim) : no_memory(sim);
+    if (!status && n) memcpy(goes, gone, n);
+    status = flag_ghosts(sim, status, goes);
+    if (!status) status = prepare_change(sim);
     size_t kept = 0, k = 0;
     for (size_t i = 0; i < rows && !status; i++) {
-        const int goes = i < n && gone[i];
-        place[i] = goes ? UINT32_MAX : (uint32_t)k;
-        if (goes)
-            book_leaving(sim, i);
-        else
-            order[k++] = (uint32_t)i;
-        kept += i < n && !goes;
+        place[i] = goes[i] ? UINT32_MAX : (uint32_t)k;
+        if (goes[i] && i < n) book_leaving(sim, i);
+        if (!goes[i]) order[k++] = (uint32_t)i;
+        kept += i < n && !goes[i];
     }
     if (!status) {
         contacts_renumber(&sim->contacts, place);
         walls_renumber(&sim->walls, place);
-        if (kept < n && particles_keep(p, order, kept)) status = no_memory(sim);
+        p->n_ghost = k - kept;
+        if (k < rows && particles_keep(p, order, kept)) status = no_memory(sim);
     }
     status = agree(sim, status);
     if (!status) take_stock(sim);
     free(order);
     free(place);
+    free(goes);
     return status;
 }
 
@@ -277,6 +308,7 @@ dem_status dem_set_outside_force(dem_sim *sim, const double (*f)[3], const doubl
     sim->outside = outside != 0;
     dem_status status = DEM_OK;
     if (outside && particles_open_outside(p)) status = no_memory(sim);
+    if (outside && !given && !status && p->n) memset(p->outside, 0, p->n * sizeof *p->outside);
     for (size_t i = 0; i < p->n && given && !status; i++) {
         double *o = p->outside[i];
         for (int a = 0; a < 3; a++) {

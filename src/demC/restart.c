@@ -444,7 +444,7 @@ static dem_status settle(restart_job *job)
         if (sim->rank == 0) sim->balance.supply += sim->report.energy.residual;
         balance_report(sim);
     }
-    return check_inside(sim);
+    return agree(sim, check_inside(sim));
 }
 
 /* Part by part, as long as all ranks are well. */

@@ -11,6 +11,7 @@
  * order of ids. What is known of a particle by its id alone, its owner, is asked of the rank in
  * whose slab the id is.
  */
+#include "periodic.h"
 #include "restart.h"
 
 #include <math.h>
@@ -246,17 +247,6 @@ static void learn_bounds(restart_job *job)
     parcel_free(&in);
 }
 
-/* As the list wraps positions before it finds their owners. */
-static void wrap(const dem_sim *sim, double x[3])
-{
-    for (int a = 0; a < 3; a++) {
-        if (!sim->periodic[a]) continue;
-        const double lo = sim->lo[a], length = sim->hi[a] - lo;
-        const double inside = x[a] - floor((x[a] - lo) / length) * length;
-        x[a] = inside < sim->hi[a] ? inside : lo;
-    }
-}
-
 void restart_plan_loading(restart_job *job, const double (*x)[3], const double *radius)
 {
     dem_sim *sim = job->sim;
@@ -275,7 +265,7 @@ void restart_plan_loading(restart_job *job, const double (*x)[3], const double *
     for (size_t k = 0; k < n; k++) {
         memcpy(pos[k], x[k], sizeof *x);
         pos[k][3] = radius[k];
-        wrap(sim, pos[k]);
+        wrap_into(pos[k], sim->lo, sim->hi, sim->periodic);
     }
     dem_status status = DEM_OK;
     if (job->slab.total) status = domain_divide(sim, n, (const double(*)[4])pos, NULL);
