@@ -481,16 +481,25 @@ KERNELS(avx2, __attribute__((target("avx2,fma"))))
 KERNELS(avx512, __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma"))))
 #endif
 
-static pair_kernel *choose(dem_law law, int kind, int periodic)
+int force_vectors(void)
 {
-    int hertz = law == DEM_HERTZ;
 #ifdef DEM_HAVE_X86
     if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512bw"))
-        return kernels_avx512[hertz][kind][periodic];
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        return kernels_avx2[hertz][kind][periodic];
+        return 2;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return 1;
 #endif
+    return 0;
+}
+
+static pair_kernel *choose(int vectors, dem_law law, int kind, int periodic)
+{
+    int hertz = law == DEM_HERTZ;
+#ifdef DEM_HAVE_X86
+    if (vectors == 2) return kernels_avx512[hertz][kind][periodic];
+    if (vectors == 1) return kernels_avx2[hertz][kind][periodic];
+#endif
+    (void)vectors;
     return kernels_plain[hertz][kind][periodic];
 }
 
@@ -518,7 +527,8 @@ void forces_of_rows(force_loop *loop, size_t begin, size_t end)
                       loop->springs.c->touch,
                       p->n};
     const int plain = job->uniform ? EQUAL : job->n_material == 1 ? ALIKE : ANY;
-    pair_kernel *kernel = choose(job->law, job->extras ? EXTRA : plain, list->any_periodic);
+    pair_kernel *kernel =
+        choose(job->vectors, job->law, job->extras ? EXTRA : plain, list->any_periodic);
     kernel(job, &a, &loop->springs, begin, end);
 }
 

@@ -142,6 +142,7 @@ static void task_init(task *t, dem_law law, int kind, size_t pairs)
                          .cohesion = DEM_COHESION_SJKR,
                          .table = t->resistance};
     t->job = (pair_forces){.law = law,
+                           .vectors = force_vectors(),
                            .table = t->table,
                            .n_material = kind == 0 || kind == 3 ? 1 : 2,
                            .uniform = kind == 0,
