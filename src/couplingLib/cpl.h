@@ -73,7 +73,9 @@ typedef struct cpl_mesh {
      * equal cells divided in any way: ids are then the numbers of its cells, and `locate` is not
      * called.
      *
-     * Results do not depend on the division, but for rounding, if a cell has the same id in all. */
+     * Results do not depend on the division, but for rounding, if a cell has the same id in all;
+     * except that with CPL_CENTRE, on a mesh that is no box, a centre that lies on the face between
+     * two parts is in the cell of the rank that has the particle. */
     const int64_t *id;           /* [n], number of the cell in the whole mesh, 0...all cells - 1 */
     const int64_t *neighbour_id; /* [offset[n]], ids of the cells that share a face, on any rank */
 } cpl_mesh;

@@ -91,17 +91,21 @@ books *books_new(const char *directory, dem_sim *sim, int balance, double from)
     const int mass = dem_feeders(sim) + dem_outlets(sim) > 0;
     int rank;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    /* The start is that of the first run: a restart file brings its mass along. */
+    double start;
+    dem_status kept = DEM_OK;
+    if (dem_kept(sim, "massAtStart", 1, &start) == 0) {
+        start = mass_in_domain(sim);
+        kept = dem_keep(sim, "massAtStart", 1, &start);
+    }
     books *b = calloc(1, sizeof *b);
-    if (b == NULL) {
+    if (b == NULL || kept != DEM_OK) {
         message_stop("felmiDEM", "out of memory");
+        free(b);
         return NULL;
     }
     b->has_mass = mass;
-    /* The start is that of the first run: a restart file brings its mass along. */
-    if (dem_kept(sim, "massAtStart", 1, &b->mass_at_start) == 0) {
-        b->mass_at_start = mass_in_domain(sim);
-        dem_keep(sim, "massAtStart", 1, &b->mass_at_start);
-    }
+    b->mass_at_start = start;
     if (rank > 0) return b;
     if (mass) b->mass = rows_open(directory, "massBalance.csv");
     if (balance) b->energy = rows_open(directory, "energy.csv");

@@ -295,6 +295,7 @@ int main(int argc, char **argv)
     MPI_Init(&argc, &argv);
     MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     if (ranks > 1) {
+        (void)message_first_rank_speaks(); /* where it fails all speak */
         message_stop(PROGRAM, "runs on one rank for now, not on %d: start it without mpirun",
                      ranks);
         status = 1;
