@@ -143,6 +143,8 @@ static dem_sim *new_sim(MPI_Comm comm)
     MPI_Comm_rank(comm, &sim->rank);
     MPI_Comm_size(comm, &sim->ranks);
     MPI_Comm_dup(comm, &sim->comm);
+    const int vectors = force_vectors();
+    MPI_Allreduce(&vectors, &sim->vectors, 1, MPI_INT, MPI_MIN, sim->comm);
     sim->report.imbalance = 1;
     return sim;
 }

@@ -15,6 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../../src/demC/dem_internal.h" /* before cmocka.h, which has a fail() of its own */
+
 #include <cmocka.h>
 #include <gsl/gsl_randist.h>
 #include <gsl/gsl_rng.h>
@@ -308,14 +310,29 @@ static void turned_about(void **state)
     set_free(&s);
 }
 
-int main(void)
+/* A simulation sums with the widest vectors that the machine has: only speed would tell. */
+static void widest_vectors(void **state)
+{
+    (void)state;
+    dem_param p = dem_param_default();
+    for (int a = 0; a < 3; a++) p.hi[a] = 1;
+    dem_sim *sim;
+    assert_int_equal(dem_new(MPI_COMM_WORLD, &p, &sim), DEM_OK);
+    assert_int_equal(sim->vectors, force_vectors());
+    dem_free(sim);
+}
+
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(linear_equal),        cmocka_unit_test(linear_different),
         cmocka_unit_test(linear_with_more),    cmocka_unit_test(hertz_equal),
         cmocka_unit_test(hertz_different),     cmocka_unit_test(hertz_with_more),
         cmocka_unit_test(linear_one_material), cmocka_unit_test(hertz_one_material),
-        cmocka_unit_test(turned_about),
+        cmocka_unit_test(turned_about),        cmocka_unit_test(widest_vectors),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    MPI_Init(&argc, &argv);
+    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    MPI_Finalize();
+    return failed;
 }
