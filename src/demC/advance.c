@@ -31,7 +31,8 @@
 /* ---- the list ---------------------------------------------------------------------------------
  */
 
-double list_reach(const dem_sim *sim, int *uneven)
+/* What the cells of the list are laid for, m, and how it is filled. */
+static double list_reach(const dem_sim *sim, int *uneven)
 {
     /* With the largest radius for the skin or the cells, one large sphere would have crowds of
      * small ones in each other's lists. */
@@ -69,8 +70,7 @@ static dem_status exchange_particles(dem_sim *sim)
     return status;
 }
 
-/* List, histories and walls of the particles and ghosts that are here. */
-static dem_status make_lists(dem_sim *sim)
+dem_status list_pairs(dem_sim *sim)
 {
     particles *p = &sim->particles;
     neighbour *list = &sim->list;
@@ -80,12 +80,22 @@ static dem_status make_lists(dem_sim *sim)
     min_reals(sim, all.lo, 3);
     max_reals(sim, all.hi, 3);
     all.n = (double)sim->total;
-    sim->walls.slack = .5 * list->skin;
     if (neighbour_sort(list, p, &all, reach)) return no_memory(sim);
     if (sim->ranks > 1) halo_follow(sim, list->place);
-    if (neighbour_fill(list, p, uneven) || contacts_restore(&sim->contacts, list))
-        return no_memory(sim);
-    return walls_list(&sim->walls, p, .5 * list->skin, list->place) ? no_memory(sim) : DEM_OK;
+    return neighbour_fill(list, p, uneven) || contacts_restore(&sim->contacts, list)
+               ? no_memory(sim)
+               : DEM_OK;
+}
+
+/* List, histories and walls of the particles and ghosts that are here. */
+static dem_status make_lists(dem_sim *sim)
+{
+    const dem_status status = list_pairs(sim);
+    if (status) return status;
+    const double margin = .5 * sim->list.skin;
+    sim->walls.slack = margin;
+    return walls_list(&sim->walls, &sim->particles, margin, sim->list.place) ? no_memory(sim)
+                                                                             : DEM_OK;
 }
 
 static dem_status rebuild(dem_sim *sim)

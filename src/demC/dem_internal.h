@@ -84,8 +84,8 @@ dem_status fail(dem_sim *sim, dem_status status, const char *format, ...)
 dem_status no_memory(dem_sim *sim);
 /* Smallest and largest particles, and whether all are alike; after particles came or went. */
 void take_stock(dem_sim *sim);
-/* What the cells of the neighbour list are laid for, m, and how it is filled. */
-double list_reach(const dem_sim *sim, int *uneven);
+/* Sort particles and ghosts and list their pairs, with histories. Collective, not agreed upon. */
+dem_status list_pairs(dem_sim *sim);
 double mass_of_sphere(const dem_sim *sim, double radius, int material);
 /* As dem_add, of particles that need no check; they are not published. */
 dem_status admit_particles(dem_sim *sim, size_t n, const double (*x)[3], const double (*v)[3],

@@ -285,24 +285,6 @@ static dem_status find_partners(restart_job *job)
     return status ? status : agree(sim, restart_link_contacts(job));
 }
 
-/* Sorted and filled, with the ghosts, with histories. */
-static dem_status fill_again(dem_sim *sim)
-{
-    particles *p = &sim->particles;
-    neighbour *list = &sim->list;
-    int uneven;
-    const double reach = list_reach(sim, &uneven);
-    extent all = neighbour_extent(p);
-    min_reals(sim, all.lo, 3);
-    max_reals(sim, all.hi, 3);
-    all.n = (double)sim->total;
-    if (neighbour_sort(list, p, &all, reach)) return no_memory(sim);
-    if (sim->ranks > 1) halo_follow(sim, list->place);
-    return neighbour_fill(list, p, uneven) || contacts_restore(&sim->contacts, list)
-               ? no_memory(sim)
-               : DEM_OK;
-}
-
 /* Build the list as it was, from where the particles were then. */
 static dem_status build_again(restart_job *job, double *built, double *now)
 {
@@ -311,7 +293,7 @@ static dem_status build_again(restart_job *job, double *built, double *now)
     const double moved = list->moved;
     copy_column(job, &POSITION, built, 1);
     dem_status status = find_partners(job);
-    if (!status) status = agree(sim, fill_again(sim));
+    if (!status) status = agree(sim, list_pairs(sim));
     if (status) return status;
     list->moved = moved;
     job->row = list->place;
