@@ -183,7 +183,7 @@ fi
 fresh dense
 setControl dense deltaT 0.0006
 setControl dense writeInterval 0.0006
-setControl dense endTime 0.03
+setControl dense endTime 0.12
 sed -i 's/keep 0/keep 3/' dense/system/controlDict
 cp -r dense killed
 expect 0 "End" felmiDEM -case dense
@@ -195,7 +195,7 @@ for ((try = 0; try < 40 && kills < 5; try++)); do
     while [ "$(ls killed/restart 2>/dev/null)" = "$before" ] && kill -0 $pid 2>/dev/null; do
         sleep 0.01
     done
-    sleep 0.$((RANDOM % 40 + 10))
+    sleep "$(printf '0.%02d' $((RANDOM % 20 + 2)))" # within the next few files
     limit=$(pgrep -P $pid) && mpi=$(pgrep -P "$limit") && ranks=($(pgrep -P "$mpi")) &&
         kill -KILL "${ranks[RANDOM % 2]}" 2>/dev/null && kills=$((kills + 1))
     wait $pid
