@@ -33,7 +33,7 @@ void *room_for(size_t bytes)
 static size_t of_list(const neighbour *l, size_t n)
 {
     const size_t entries = l->row ? l->row[l->n_row] : 0;
-    size_t bytes = (l->n_cell + 1) * sizeof *l->cell_first + entries * sizeof *l->entry +
+    size_t bytes = (l->grid.n + 1) * sizeof *l->cell_first + entries * sizeof *l->entry +
                    n * (sizeof *l->cell + sizeof *l->order + sizeof *l->place) +
                    (l->n_row + 1) * sizeof *l->row;
     if (l->shared)

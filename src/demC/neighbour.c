@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * neighbour.c - linked cells and the Verlet list of pairs that may touch before the next rebuild.
+ * neighbour.c - the Verlet list of pairs that may touch before the next rebuild.
  *
- * Equal spheres: cells are as wide as the range, 2 r_max + skin, or wider where the domain is
- * nearly empty. Cells
- * are numbered with x fastest and a pair of cells is visited from the lower one, so that all
- * candidates of a row are particles behind it in memory. Verlet, Phys. Rev. 159 (1967) 98,
- * doi:10.1103/PhysRev.159.98; Hockney & Eastwood, Computer Simulation Using Particles (1988) ch. 8.
+ * Equal spheres: cells (cells.h) are as wide as the range, 2 r_max + skin, or wider where the
+ * domain is nearly empty. A pair of cells is visited from the lower one, so that all candidates of
+ * a row are particles behind it in memory. Verlet, Phys. Rev. 159 (1967) 98,
+ * doi:10.1103/PhysRev.159.98.
  *
  * On several ranks pairs are found among positions copied into the order of the rows, as if there
  * were one rank with those particles, and named by particle afterwards.
@@ -47,10 +46,7 @@ void neighbour_init(neighbour *list, const double lo[3], const double hi[3], con
 
 void neighbour_free(neighbour *list)
 {
-    for (int a = 0; a < 3; a++) {
-        free(list->kept[a]);
-        free(list->local[a]);
-    }
+    cells_free(&list->grid);
     free(list->slot);
     free(list->row_of);
     free(list->sorted);
@@ -91,6 +87,14 @@ static dem_status reserve(neighbour *list, size_t n)
     return DEM_OK;
 }
 
+static dem_status reserve_cells(neighbour *list, size_t n)
+{
+    if (n + 2 <= list->cell_capacity) return DEM_OK;
+    if (!grow(&list->cell_first, (n + 2) * sizeof *list->cell_first)) return DEM_NO_MEMORY;
+    list->cell_capacity = n + 2;
+    return DEM_OK;
+}
+
 void neighbour_wrap(const neighbour *list, particles *p)
 {
     for (size_t i = 0; i < p->n && list->any_periodic; i++)
@@ -113,82 +117,16 @@ extent neighbour_extent(const particles *p)
     return e;
 }
 
-/* The grid covers all particles (the domain in periodic directions). */
-static void lay_grid(neighbour *list, const extent *all, double reach)
-{
-    double width[3];
-    for (int a = 0; a < 3; a++) {
-        double lo = list->periodic[a] ? list->lo[a] : all->lo[a];
-        double hi = list->periodic[a] ? list->hi[a] : all->hi[a];
-        list->origin[a] = lo;
-        width[a] = hi - lo;
-    }
-    /* More than a few cells per particle would cost memory and time for nothing. */
-    double most = 4. * all->n + 64, wide = reach, count;
-    for (;; wide *= 1.26) {
-        count = 1;
-        for (int a = 0; a < 3; a++) count *= fmax(1, floor(width[a] / wide));
-        if (count <= most) break;
-    }
-    for (int a = 0; a < 3; a++) {
-        list->planes[a] = (int)fmax(1, floor(width[a] / wide));
-        list->per_width[a] = width[a] > 0 ? list->planes[a] / width[a] : 0;
-    }
-}
-
-static int plane_of(const neighbour *list, int a, double x)
-{
-    int c = (int)((x - list->origin[a]) * list->per_width[a]);
-    if (c > list->planes[a] - 1) c = list->planes[a] - 1;
-    return c < 0 ? 0 : c;
-}
-
-/* Keep the planes in which n particles are, in their order. */
-static dem_status keep_planes(neighbour *list, const double (*pos)[4], size_t n)
-{
-    list->n_cell = 1;
-    for (int a = 0; a < 3; a++) {
-        const int planes = list->planes[a];
-        if (planes > list->plane_capacity[a]) {
-            list->plane_capacity[a] = 0;
-            if (!grow(&list->kept[a], (size_t)planes * sizeof **list->kept) ||
-                !grow(&list->local[a], (size_t)planes * sizeof **list->local))
-                return DEM_NO_MEMORY;
-            list->plane_capacity[a] = planes;
-        }
-        memset(list->local[a], 0, (size_t)planes * sizeof **list->local);
-        for (size_t i = 0; i < n; i++) list->local[a][plane_of(list, a, pos[i][a])] = 1;
-        int cells = 0;
-        for (int k = 0; k < planes; k++) {
-            if (list->local[a][k]) list->kept[a][cells] = k;
-            list->local[a][k] = list->local[a][k] ? cells++ : -1;
-        }
-        list->cells[a] = cells;
-        list->n_cell *= (size_t)cells;
-    }
-    if (list->n_cell + 2 <= list->cell_capacity) return DEM_OK;
-    if (!grow(&list->cell_first, (list->n_cell + 2) * sizeof *list->cell_first))
-        return DEM_NO_MEMORY;
-    list->cell_capacity = list->n_cell + 2;
-    return DEM_OK;
-}
-
-static uint32_t cell_of(const neighbour *list, const double x[3])
-{
-    int c[3];
-    for (int a = 0; a < 3; a++) c[a] = list->local[a][plane_of(list, a, x[a])];
-    return (uint32_t)((c[2] * list->cells[1] + c[1]) * list->cells[0] + c[0]);
-}
-
 /* Counting sort by cell, then by id within each cell: a few particles, so by insertion. */
 static void sort_order(neighbour *list, const particles *p, size_t n)
 {
     uint32_t *first = list->cell_first;
-    memset(first, 0, (list->n_cell + 2) * sizeof *first);
+    const size_t n_cell = list->grid.n;
+    memset(first, 0, (n_cell + 2) * sizeof *first);
     for (size_t i = 0; i < n; i++) first[list->cell[i] + 2]++;
-    for (size_t c = 2; c < list->n_cell + 2; c++) first[c] += first[c - 1];
+    for (size_t c = 2; c < n_cell + 2; c++) first[c] += first[c - 1];
     for (size_t i = 0; i < n; i++) list->order[first[list->cell[i] + 1]++] = (uint32_t)i;
-    for (size_t c = 0; c < list->n_cell; c++)
+    for (size_t c = 0; c < n_cell; c++)
         for (uint32_t k = first[c] + 1; k < first[c + 1]; k++) {
             uint32_t moving = list->order[k], to = k;
             for (; to > first[c] && p->id[list->order[to - 1]] > p->id[moving]; to--)
@@ -216,9 +154,11 @@ dem_status neighbour_sort(neighbour *list, particles *p, const extent *all, doub
     const size_t n = p->n + p->n_ghost;
     list->n_row = n;
     if (reserve(list, n)) return DEM_NO_MEMORY;
-    lay_grid(list, all, reach);
-    if (keep_planes(list, (const double(*)[4])p->pos, n)) return DEM_NO_MEMORY;
-    for (size_t i = 0; i < n; i++) list->cell[i] = cell_of(list, p->pos[i]);
+    if (cells_lay(&list->grid, list->lo, list->hi, list->periodic, all, reach,
+                  (const double(*)[4])p->pos, n) ||
+        reserve_cells(list, list->grid.n))
+        return DEM_NO_MEMORY;
+    for (size_t i = 0; i < n; i++) list->cell[i] = cells_of(&list->grid, p->pos[i]);
     sort_order(list, p, n);
     if (list->shared)
         part_ghosts(list, p);
@@ -232,38 +172,20 @@ dem_status neighbour_sort(neighbour *list, particles *p, const extent *all, doub
     return DEM_OK;
 }
 
-/* Ranges of rows in the cell c and in those of its neighbours that come after it; inner: none of
- * these is beyond a periodic side. */
-static int candidates(const neighbour *list, size_t c, range *out, int *inner)
+/* Ranges of rows in a cell and in its neighbours behind it. */
+static int candidates(const neighbour *list, const int at[3], range *out, int *inner)
 {
-    const size_t nx = (size_t)list->cells[0], ny = (size_t)list->cells[1];
-    const int at[3] = {list->kept[0][c % nx], list->kept[1][c / nx % ny],
-                       list->kept[2][c / nx / ny]};
-    const int *m = list->planes;
-    int from[3], to[3], n = 0;
-    *inner = 1;
-    for (int a = 0; a < 3; a++) {
-        *inner &= !list->periodic[a] || (m[a] > 4 && at[a] > 0 && at[a] < m[a] - 1);
-        /* With one or two cells in a periodic direction some neighbours are the same cell. */
-        from[a] = list->periodic[a] ? (m[a] > 2 ? -1 : 0) : (at[a] > 0 ? -1 : 0);
-        to[a] = list->periodic[a] ? (m[a] > 1 ? 1 : 0) : (at[a] < m[a] - 1 ? 1 : 0);
+    uint32_t cell[27];
+    const int cells = cells_behind(&list->grid, at, cell, inner);
+    int n = 0;
+    for (int k = 0; k < cells; k++) {
+        const range r = {list->cell_first[cell[k]], list->cell_first[cell[k] + 1]};
+        if (r.begin == r.end) continue;
+        if (n && out[n - 1].end == r.begin)
+            out[n - 1].end = r.end;
+        else
+            out[n++] = r;
     }
-    for (int z = from[2]; z <= to[2]; z++)
-        for (int y = from[1]; y <= to[1]; y++)
-            for (int x = from[0]; x <= to[0]; x++) {
-                const int cx = list->local[0][(at[0] + x + m[0]) % m[0]],
-                          cy = list->local[1][(at[1] + y + m[1]) % m[1]],
-                          cz = list->local[2][(at[2] + z + m[2]) % m[2]];
-                if (cx < 0 || cy < 0 || cz < 0) continue;
-                const size_t other = ((size_t)cz * ny + (size_t)cy) * nx + (size_t)cx;
-                if (other < c) continue;
-                range r = {list->cell_first[other], list->cell_first[other + 1]};
-                if (r.begin == r.end) continue;
-                if (n && out[n - 1].end == r.begin)
-                    out[n - 1].end = r.end;
-                else
-                    out[n++] = r;
-            }
     return n;
 }
 
@@ -327,11 +249,12 @@ static dem_status reserve_entries(neighbour *list, size_t need)
 static dem_status fill_even(neighbour *list, const double (*pos)[4])
 {
     size_t at = 0;
+    int cell[3] = {0, 0, 0};
     range r[27];
-    for (size_t c = 0; c < list->n_cell; c++) {
+    for (size_t c = 0; c < list->grid.n; c++, cells_next(&list->grid, cell)) {
         uint32_t begin = list->cell_first[c], end = list->cell_first[c + 1];
         if (begin == end) continue;
-        int inner, n = candidates(list, c, r, &inner);
+        int inner, n = candidates(list, cell, r, &inner);
         size_t most = 0;
         for (int k = 0; k < n; k++) most += r[k].end - r[k].begin;
         size_t need = at + most * (end - begin) + NEIGHBOUR_SPARE;
@@ -339,7 +262,7 @@ static dem_status fill_even(neighbour *list, const double (*pos)[4])
         list->checks += most * (end - begin);
         for (uint32_t i = begin; i < end; i++) {
             list->row[i] = at;
-            /* The first range begins with the cell itself: only what comes after i counts. */
+            /* One range begins with the cell itself: only what comes after i counts. */
             for (int k = 0; k < n; k++) {
                 range part = r[k];
                 if (part.begin <= i && i < part.end) part.begin = i + 1;
@@ -469,46 +392,37 @@ size_t neighbour_find(const neighbour *list, uint32_t i, uint32_t j)
     return k < end && (list->entry[k] & NEIGHBOUR_MASK) == j ? k : end;
 }
 
-/* The cells along a that cover lo..hi: from *from on, their number. */
-static int stretch(const neighbour *list, int a, double lo, double hi, int *from)
+typedef struct search {
+    const neighbour *list;
+    size_t n; /* particles of this rank */
+    neighbour_visit *visit;
+    void *context;
+} search;
+
+static int visit_cell(void *context, uint32_t cell)
 {
-    const int m = list->planes[a];
-    const double begin = floor((lo - list->origin[a]) * list->per_width[a]);
-    const double end = floor((hi - list->origin[a]) * list->per_width[a]);
-    *from = 0;
-    if (!list->periodic[a]) {
-        *from = (int)fmin(fmax(begin, 0), m - 1);
-        return (int)fmin(fmax(end, 0), m - 1) - *from + 1;
+    const search *s = context;
+    const uint32_t *first = s->list->cell_first;
+    int end_it = 0;
+    for (uint32_t r = first[cell]; r < first[cell + 1] && !end_it; r++) {
+        const uint32_t i = neighbour_slot(s->list, r);
+        if (i < s->n) end_it = s->visit(s->context, i);
     }
-    if (end - begin + 1 >= m) return m;
-    *from = (int)(begin - m * floor(begin / m));
-    return (int)(end - begin) + 1;
+    return end_it;
 }
 
 int neighbour_near(const neighbour *list, const particles *p, const double lo[3],
                    const double hi[3], neighbour_visit *visit, void *context)
 {
-    int from[3], count[3], end_it = 0;
-    if (!list->valid) {
-        for (size_t i = 0; i < p->n && !end_it; i++) end_it = visit(context, (uint32_t)i);
-        return end_it;
-    }
+    int end_it = 0;
+    for (size_t i = 0; i < p->n && !list->valid && !end_it; i++)
+        end_it = visit(context, (uint32_t)i);
+    if (!list->valid) return end_it;
     /* Cells know where particles were when the list was built. */
-    for (int a = 0; a < 3; a++)
-        count[a] = stretch(list, a, lo[a] - list->skin, hi[a] + list->skin, &from[a]);
-    for (int k = 0; k < count[0] * count[1] * count[2] && !end_it; k++) {
-        const int x = list->local[0][(from[0] + k % count[0]) % list->planes[0]],
-                  y = list->local[1][(from[1] + k / count[0] % count[1]) % list->planes[1]],
-                  z = list->local[2][(from[2] + k / count[0] / count[1]) % list->planes[2]];
-        if (x < 0 || y < 0 || z < 0) continue;
-        const size_t c =
-            ((size_t)z * (size_t)list->cells[1] + (size_t)y) * (size_t)list->cells[0] + (size_t)x;
-        for (uint32_t r = list->cell_first[c]; r < list->cell_first[c + 1] && !end_it; r++) {
-            const uint32_t i = neighbour_slot(list, r);
-            if (i < p->n) end_it = visit(context, i);
-        }
-    }
-    return end_it;
+    const double skin = list->skin, from[3] = {lo[0] - skin, lo[1] - skin, lo[2] - skin};
+    const double to[3] = {hi[0] + skin, hi[1] + skin, hi[2] + skin};
+    search s = {list, p->n, visit, context};
+    return cells_in_box(&list->grid, from, to, visit_cell, &s);
 }
 
 double neighbour_displacement(const particles *p)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * neighbour.h - linked cells and the Verlet list of pairs that may touch before the next rebuild.
+ * neighbour.h - the Verlet list of pairs that may touch before the next rebuild.
  *
  * A half list in compressed rows: row i holds the partners j > i with |x_i - x_j| < r_i + r_j +
  * skin. Particles are sorted by (cell, id), so that partners lie near each other in memory and so
@@ -24,11 +24,12 @@
 #ifndef DEM_NEIGHBOUR_H
 #define DEM_NEIGHBOUR_H
 
+#include "cells.h"
 #include "particles.h"
 
 #define NEIGHBOUR_BITS  27 /* of an entry for the index of j; the other 5 for one of 27 images */
 #define NEIGHBOUR_MASK  ((UINT32_C(1) << NEIGHBOUR_BITS) - 1)
-#define NEIGHBOUR_SPARE 16 /* zero entries behind the last row, for those who look ahead */
+#define NEIGHBOUR_SPARE 64 /* zero entries behind the last row, for those who look ahead */
 #define NEIGHBOUR_HOME  13 /* the image of j that is j itself */
 
 typedef struct neighbour {
@@ -40,14 +41,9 @@ typedef struct neighbour {
     double moved; /* no particle has moved farther than this since the build, m */
     int valid;
 
-    int cells[3];  /* of the grid, in planes that are kept here */
-    int planes[3]; /* of the grid in all */
-    int *kept[3];  /* [cells] its number among all planes */
-    int *local[3]; /* [planes] its number among those kept, -1: none */
-    int plane_capacity[3];
-    double origin[3], per_width[3]; /* of the grid of cells */
-    size_t n_cell, cell_capacity;
-    uint32_t *cell_first; /* [n_cell + 1] rows */
+    cells grid;
+    size_t cell_capacity;
+    uint32_t *cell_first; /* [grid.n + 1] rows */
 
     uint32_t *cell, *order, *place; /* [capacity]: cell of a particle; sorting and its inverse */
     size_t n_row;
@@ -64,12 +60,6 @@ typedef struct neighbour {
     int ascending; /* the entries of a row are sorted by j */
     size_t checks; /* distances computed for the list */
 } neighbour;
-
-/* Where all particles of all ranks are, and how many. */
-typedef struct extent {
-    double lo[3], hi[3];
-    double n;
-} extent;
 
 void neighbour_init(neighbour *list, const double lo[3], const double hi[3], const int periodic[3],
                     int shared);
