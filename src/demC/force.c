@@ -2,11 +2,12 @@
 /**
  * force.c - the loop over pairs: list -> touching pairs -> law -> forces and torques.
  *
- * Works in blocks that stay in the first-level cache:
+ * Works in blocks of entries of the list that stay in the first-level cache:
  *
- *   detect  entries of the list -> dense block of touching pairs, without branches
- *   gather  velocities and springs of the block into rows
- *   law     one vectorised loop over the block
+ *   look    x_i - x_j of every entry
+ *   sieve   the pairs that touch, without branches
+ *   gather  their velocities and springs
+ *   law     one vectorised loop over the pairs
  *   scatter forces and torques to both partners, springs to the ring (contact.h)
  *
  * A block is filled up to whole vectors with copies of its last pair, so that each pair goes
@@ -27,130 +28,91 @@
  * cohesion and the balance (contact_extra.h) have loops of their own, for different particles; what
  * they do stands between law and scatter, and the plain loops know nothing of it.
  */
-#include "force.h"
+#include "force_block.h"
 
-#include <string.h>
-
-#define BLOCK 128
 /* Partners lie up to some layers of particles away, in the second-level cache at best: what is
- * needed soon is asked for early. NEIGHBOUR_SPARE entries behind the list may be looked at. */
-#define AHEAD NEIGHBOUR_SPARE
+ * needed soon is asked for early, so many entries, contacts, particles before. NEIGHBOUR_SPARE
+ * entries behind the list may be looked at. */
+enum { AHEAD = NEIGHBOUR_SPARE, SPRINGS_AHEAD = 64, ROWS_AHEAD = 512 };
 
-#define WIDE 8 /* numbers in the widest vector; divides BLOCK */
-
-typedef struct block {
-    int n;
-    uint32_t i[BLOCK + 1], j[BLOCK + 1]; /* j: with its image until it is gathered */
-    uint32_t old[BLOCK + 1];             /* number of the contact in the last sum, */
-    uint8_t was[BLOCK + 1];              /* if there was one */
-    double d2[BLOCK + 1];
-    double dx[BLOCK], dy[BLOCK], dz[BLOCK];
-    double reach[BLOCK];  /* r_i + r_j */
-    double uneven[BLOCK]; /* r_i - r_j */
-    double overlap[BLOCK];
-    double mass[BLOCK], radius[BLOCK];      /* effective; unless uniform */
-    _Alignas(64) double velocity[BLOCK][4]; /* v_i - v_j */
-    _Alignas(64) double spin[BLOCK][4];     /* w_i + w_j */
-    _Alignas(64) double twist[BLOCK][4];    /* (r_i - r_j)(w_i - w_j); unless uniform */
-    _Alignas(64) double spring[BLOCK][4];
-    _Alignas(64) double force[BLOCK][4];
-    _Alignas(64) double torque[BLOCK][4]; /* on i */
-    double lever[BLOCK];                  /* l_j / l_i; unless uniform */
-    coefficient q[BLOCK];                 /* unless uniform */
-} block;
-
-/* What the extras need besides. */
-typedef struct extra_block {
-    double before[BLOCK][4];  /* spring */
-    double rolling[BLOCK][4]; /* rolling spring */
-    double torque[BLOCK][3];  /* of the rolling resistance, on i */
-    double normal[BLOCK], elastic[BLOCK];
-    int slides[BLOCK];
-} extra_block;
-
-/* The pointers of the loop, so that no store makes the compiler read one again. */
-typedef struct arrays {
-    const double (*restrict pos)[4];
-    const double (*restrict vel)[8];
-    double (*restrict force)[8];
-    const int *restrict material;
-    const size_t *restrict row;
-    const uint32_t *restrict slot; /* particle of a row, NULL: the same */
-    const uint32_t *restrict entry;
-    const double (*restrict shift)[4];
-    uint8_t *restrict touch;
-    size_t n_own; /* particles; those behind are ghosts */
-} arrays;
-
-/* Entries begin..end-1 of the row of particle i: those that touch are appended to the block. */
-DEM_INLINE void detect(block *b, const arrays *a, contact_stream *s, size_t i, size_t begin,
-                       size_t end, int uniform, double all_reach, int periodic)
+/* The first to come to a particle finds it in the second-level cache. */
+DEM_INLINE void fetch_ahead(const arrays *a, size_t i)
 {
-    const double *xi = a->pos[i];
-    double x = xi[0], y = xi[1], z = xi[2], r = xi[3];
-    uint32_t old = (uint32_t)s->read;
-    int n = b->n;
-    for (size_t k = begin; k < end; k++) {
-        uint32_t entry = a->entry[k], j = periodic ? entry & NEIGHBOUR_MASK : entry;
-        const double *xj = a->pos[j];
+    __builtin_prefetch(a->pos[i], 1, 2);
+    __builtin_prefetch(a->vel[i], 1, 2);
+    __builtin_prefetch(a->force[i], 1, 2);
+}
+
+/* Entries begin..end-1, of the row of particle i, are looked at. */
+DEM_INLINE void look(block *b, const arrays *a, size_t i, size_t begin, size_t end, int uniform,
+                     int periodic)
+{
+    const vec4 xi = *(const vec4 *)a->pos[i];
+    int m = b->entries;
+    for (size_t k = begin; k < end; k++, m++) {
+        const uint32_t entry = a->entry[k], j = periodic ? entry & NEIGHBOUR_MASK : entry;
+        const vec4 xj = *(const vec4 *)a->pos[j];
         __builtin_prefetch(a->pos[a->entry[k + AHEAD] & NEIGHBOUR_MASK]);
         __builtin_prefetch(a->vel[j]);
         __builtin_prefetch(a->force[j], 1);
-        double dx = x - xj[0], dy = y - xj[1], dz = z - xj[2];
-        if (periodic) {
-            const double *shift = a->shift[entry >> NEIGHBOUR_BITS];
-            dx -= shift[0];
-            dy -= shift[1];
-            dz -= shift[2];
-        }
-        double d2 = dx * dx + dy * dy + dz * dz, reach = uniform ? all_reach : r + xj[3];
-        b->i[n] = (uint32_t)i;
-        b->j[n] = entry;
+        vec4 between = xi - xj;
+        if (periodic) between -= *(const vec4 *)a->shift[entry >> NEIGHBOUR_BITS];
+        *(vec4 *)b->between[m] = between;
+        b->row[m] = (uint32_t)i;
+        if (!uniform) b->sum[m] = xi[3] + xj[3];
+    }
+    b->entries = m;
+}
+
+/* Those of the entries that touch. */
+DEM_INLINE void sieve(block *restrict b, const arrays *a, contact_stream *s, int uniform,
+                      double all_reach)
+{
+    const vec4 none = {0, 0, 0, 0};
+    const int whole = (b->entries + WIDE - 1) / WIDE * WIDE;
+    for (int m = b->entries; m < whole; m++) *(vec4 *)b->between[m] = none;
+    for (int m = 0; m < whole; m++) {
+        const double *x = b->between[m];
+        b->square[m] = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    }
+    uint8_t *touch = a->touch + b->first;
+    uint32_t old = (uint32_t)s->read;
+    int n = 0;
+    for (int m = 0; m < b->entries; m++) {
+        const double reach = uniform ? all_reach : b->sum[m];
+        b->from[n] = (uint16_t)m;
         b->old[n] = old;
-        b->was[n] = a->touch[k];
-        b->d2[n] = d2;
-        int inside = d2 < reach * reach;
-        old += a->touch[k];
-        a->touch[k] = (uint8_t)inside;
+        b->was[n] = touch[m];
+        const int inside = b->square[m] < reach * reach;
+        old += touch[m];
+        touch[m] = (uint8_t)inside;
         n += inside;
     }
     b->n = n;
     s->read = old;
 }
 
-/* Place in the ring of the contact k of the last sum. */
-DEM_INLINE size_t ring_at(const contact_stream *s, size_t k)
-{
-    return s->begin + k < s->size ? s->begin + k : s->begin + k - s->size;
-}
-
 DEM_INLINE void gather(block *b, const arrays *a, const contact_stream *s, const pair_forces *job,
                        int uniform, int one, int periodic)
 {
     static const vec4 none = {0, 0, 0, 0};
+    const uint32_t *entry = a->entry + b->first;
     for (int c = 0; c < b->n; c++) {
-        const uint32_t entry = b->j[c], i = b->i[c], j = periodic ? entry & NEIGHBOUR_MASK : entry;
-        const double *xi = a->pos[i], *xj = a->pos[j];
-        double dx = xi[0] - xj[0], dy = xi[1] - xj[1], dz = xi[2] - xj[2];
-        if (periodic) {
-            const double *shift = a->shift[entry >> NEIGHBOUR_BITS];
-            dx -= shift[0];
-            dy -= shift[1];
-            dz -= shift[2];
-        }
+        const int m = b->from[c];
+        const uint32_t i = b->row[m], j = periodic ? entry[m] & NEIGHBOUR_MASK : entry[m];
+        b->i[c] = i;
         b->j[c] = j;
-        b->dx[c] = dx;
-        b->dy[c] = dy;
-        b->dz[c] = dz;
+        b->d2[c] = b->square[m];
+        *(vec4 *)b->apart[c] = *(const vec4 *)b->between[m];
         const vec4 *vi = (const vec4 *)a->vel[i], *vj = (const vec4 *)a->vel[j];
         *(vec4 *)b->velocity[c] = vi[0] - vj[0];
         *(vec4 *)b->spin[c] = vi[1] + vj[1];
         const vec4 *old = (const vec4 *)s->spring[ring_at(s, b->old[c])];
+        __builtin_prefetch(old + SPRINGS_AHEAD);
         *(vec4 *)b->spring[c] = *(b->was[c] ? old : &none);
         if (uniform) continue;
-        b->reach[c] = xi[3] + xj[3];
-        b->uneven[c] = xi[3] - xj[3];
-        *(vec4 *)b->twist[c] = (vi[1] - vj[1]) * b->uneven[c];
+        b->reach[c] = b->sum[m];
+        *(vec4 *)b->twist[c] = (vi[1] - vj[1]) * b->between[m][3];
         b->mass[c] = 1 / (a->vel[i][3] + a->vel[j][3]);
         b->radius[c] = a->pos[i][3] * a->pos[j][3] / b->reach[c];
         if (!one) b->q[c] = job->table[a->material[i] * job->n_material + a->material[j]];
@@ -162,16 +124,13 @@ DEM_INLINE int fill_up(block *b, int uniform, int one)
 {
     const int last = b->n - 1, whole = (b->n + WIDE - 1) / WIDE * WIDE;
     for (int c = b->n; c < whole; c++) {
-        b->dx[c] = b->dx[last];
-        b->dy[c] = b->dy[last];
-        b->dz[c] = b->dz[last];
+        *(vec4 *)b->apart[c] = *(vec4 *)b->apart[last];
         b->d2[c] = b->d2[last];
         *(vec4 *)b->velocity[c] = *(vec4 *)b->velocity[last];
         *(vec4 *)b->spin[c] = *(vec4 *)b->spin[last];
         *(vec4 *)b->spring[c] = *(vec4 *)b->spring[last];
         if (uniform) continue;
         b->reach[c] = b->reach[last];
-        b->uneven[c] = b->uneven[last];
         *(vec4 *)b->twist[c] = *(vec4 *)b->twist[last];
         b->mass[c] = b->mass[last];
         b->radius[c] = b->radius[last];
@@ -190,7 +149,8 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
     const int n = WIDE * fill_up(b, uniform, one);
     for (int c = 0; c < n; c++) {
         double d = sqrt(b->d2[c]), per_d = 1 / d;
-        double nx = b->dx[c] * per_d, ny = b->dy[c] * per_d, nz = b->dz[c] * per_d;
+        double nx = b->apart[c][0] * per_d, ny = b->apart[c][1] * per_d;
+        double nz = b->apart[c][2] * per_d;
         double overlap = (uniform ? reach : b->reach[c]) - d;
         double wx = d * b->spin[c][0], wy = d * b->spin[c][1], wz = d * b->spin[c][2];
         double uneven = 0;
@@ -198,7 +158,7 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
             wx += b->twist[c][0];
             wy += b->twist[c][1];
             wz += b->twist[c][2];
-            uneven = b->uneven[c];
+            uneven = b->apart[c][3];
         }
         contact t = {nx,
                      ny,
@@ -218,33 +178,35 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
             x->slides[c] = f.slides;
         }
         b->overlap[c] = overlap;
-        b->spring[c][0] = s.x;
-        b->spring[c][1] = s.y;
-        b->spring[c][2] = s.z;
-        b->spring[c][3] = s.a;
-        b->force[c][0] = f.x;
-        b->force[c][1] = f.y;
-        b->force[c][2] = f.z;
-        b->force[c][3] = 0;
+        b->after[0][c] = s.x;
+        b->after[1][c] = s.y;
+        b->after[2][c] = s.z;
+        b->after[3][c] = s.a;
+        b->force[0][c] = f.x;
+        b->force[1][c] = f.y;
+        b->force[2][c] = f.z;
         double li = .5 * (d + uneven); /* T_i = (x_c - x_i) x F = -l_i n x F_t */
-        b->torque[c][0] = li * (nz * f.ty - ny * f.tz);
-        b->torque[c][1] = li * (nx * f.tz - nz * f.tx);
-        b->torque[c][2] = li * (ny * f.tx - nx * f.ty);
-        b->torque[c][3] = 0;
+        b->torque[0][c] = li * (nz * f.ty - ny * f.tz);
+        b->torque[1][c] = li * (nx * f.tz - nz * f.tx);
+        b->torque[2][c] = li * (ny * f.tx - nx * f.ty);
         if (!uniform) b->lever[c] = (d - uneven) / (d + uneven);
     }
 }
 
-/* What models beyond the plain law add to pair c, whose place in the ring is `at`. */
-static void scatter_extra(const block *b, const extra_block *x, const arrays *a,
-                          const contact_stream *s, int c, size_t at)
+/* Components of four pairs, from c on, to vectors of them. */
+DEM_INLINE void turn(vec4 out[4], const double (*in)[BLOCK], int components, int c)
 {
-    double *ti = a->force[b->i[c]] + 4, *tj = a->force[b->j[c]] + 4;
-    for (int k = 0; k < 3; k++) {
-        ti[k] += x->torque[c][k];
-        tj[k] -= x->torque[c][k];
-    }
-    if (s->rolling) memcpy(s->rolling[at], x->rolling[c], sizeof x->rolling[c]);
+    typedef int64_t index __attribute__((vector_size(32)));
+    const vec4 none = {0, 0, 0, 0};
+    const vec4 x = *(const vec4 *)&in[0][c], y = *(const vec4 *)&in[1][c];
+    const vec4 z = *(const vec4 *)&in[2][c], w = components > 3 ? *(const vec4 *)&in[3][c] : none;
+    const index even = {0, 4, 2, 6}, odd = {1, 5, 3, 7}, low = {0, 1, 4, 5}, high = {2, 3, 6, 7};
+    const vec4 xy0 = __builtin_shuffle(x, y, even), xy1 = __builtin_shuffle(x, y, odd);
+    const vec4 zw0 = __builtin_shuffle(z, w, even), zw1 = __builtin_shuffle(z, w, odd);
+    out[0] = __builtin_shuffle(xy0, zw0, low);
+    out[1] = __builtin_shuffle(xy1, zw1, low);
+    out[2] = __builtin_shuffle(xy0, zw0, high);
+    out[3] = __builtin_shuffle(xy1, zw1, high);
 }
 
 /* Pair by pair, all of a pair at once: which pairs share a block is not the same on every number of
@@ -253,123 +215,22 @@ DEM_INLINE void scatter(const block *b, const extra_block *x, const arrays *a,
                         const contact_stream *s, int uniform)
 {
     size_t at = s->to + s->written;
-    for (int c = 0; c < b->n; c++, at++) {
-        vec4 *fi = (vec4 *)a->force[b->i[c]], *fj = (vec4 *)a->force[b->j[c]];
-        vec4 f = *(const vec4 *)b->force[c], t = *(const vec4 *)b->torque[c];
-        if (at >= s->size) at -= s->size;
-        *(vec4 *)s->spring[at] = *(const vec4 *)b->spring[c];
-        fi[0] += f;
-        fi[1] += t;
-        fj[0] -= f;
-        fj[1] += uniform ? t : t * b->lever[c];
-        if (x) scatter_extra(b, x, a, s, c, at);
-    }
-}
-
-/* ---- extras ---------------------------------------------------------------------------------- */
-
-static void gather_extra(const block *b, extra_block *x, const contact_stream *s)
-{
-    memcpy(x->before, b->spring, (size_t)b->n * sizeof *b->spring);
-    for (int c = 0; c < b->n && s->rolling; c++) {
-        const double *old = s->rolling[ring_at(s, b->old[c])];
-        for (int m = 0; m < 4; m++) x->rolling[c][m] = b->was[c] ? old[m] : 0;
-    }
-}
-
-/* A force of a pair as particle i has it: what it does to its motion, and to its spin. */
-static void book(double where[6], const double n[3], double lever, const double f[3], double sign)
-{
-    for (int a = 0; a < 3; a++) {
-        int s = (a + 1) % 3, t = (a + 2) % 3;
-        where[a] += sign * f[a];
-        where[3 + a] -= lever * (n[s] * f[t] - n[t] * f[s]);
-    }
-}
-
-/* Force on i, -force on j; torque -l n x force on both. Ghosts keep no books. */
-static void book_pair(balance *kept, size_t n_own, const uint32_t who[2], const double n[3],
-                      const double lever[2], const extra_force *g)
-{
-    for (int side = 0; side < 2; side++) {
-        const uint32_t i = who[side];
-        const double sign = side ? -1 : 1;
-        if (i >= n_own) continue;
-        book(kept->damped[i], n, lever[side], g->damped, sign);
-        book(kept->slid[i], n, lever[side], g->slid, sign);
-        for (int k = 0; k < 3; k++) kept->rolled[i][k] += sign * g->rolled[k];
-    }
-}
-
-/* sum += weight x one */
-static void add_energies(spring_energy *sum, double weight, const spring_energy *one)
-{
-    sum->tangential += weight * one->tangential;
-    sum->turned += weight * one->turned;
-    sum->tangential_old += weight * one->tangential_old;
-    sum->turned_old += weight * one->turned_old;
-    sum->slid += weight * one->slid;
-    sum->rolled += weight * one->rolled;
-}
-
-static extra_contact describe(const block *b, const extra_block *x, const arrays *a,
-                              const pair_forces *job, int c)
-{
-    uint32_t i = b->i[c], j = b->j[c];
-    const double *vi = a->vel[i], *vj = a->vel[j], *f = b->force[c], *s = b->spring[c];
-    double d = sqrt(b->d2[c]), fn = x->normal[c];
-    extra_contact e = {.c = {.nx = b->dx[c] / d,
-                             .ny = b->dy[c] / d,
-                             .nz = b->dz[c] / d,
-                             .overlap = b->overlap[c],
-                             .mass = b->mass[c],
-                             .radius = b->radius[c],
-                             .steepness = 1},
-                       .q = b->q[c],
-                       .dt = job->dt,
-                       .inertia = 1 / (vi[7] + vj[7]),
-                       .wx = vi[4] - vj[4],
-                       .wy = vi[5] - vj[5],
-                       .wz = vi[6] - vj[6],
-                       .area = lens_area(a->pos[i][3], a->pos[j][3], d),
-                       .after = {s[0], s[1], s[2], s[3]}};
-    e.r = job->extras->table[a->material[i] * job->n_material + a->material[j]];
-    s = x->before[c];
-    e.before = (spring){s[0], s[1], s[2], s[3]};
-    e.f = (contact_force){.tx = f[0] - fn * e.c.nx,
-                          .ty = f[1] - fn * e.c.ny,
-                          .tz = f[2] - fn * e.c.nz,
-                          .normal = fn,
-                          .elastic = x->elastic[c],
-                          .slides = x->slides[c]};
-    return e;
-}
-
-static void apply_extra(block *b, extra_block *x, const arrays *a, pair_forces *job)
-{
-    balance *kept = job->extras->balance ? job->balance : NULL;
-    for (int c = 0; c < b->n; c++) {
-        const uint32_t who[2] = {b->i[c], b->j[c]};
-        extra_contact e = describe(b, x, a, job, c);
-        double *m = x->rolling[c];
-        spring roll = {m[0], m[1], m[2], m[3]};
-        spring_energy held = {0};
-        extra_force g = extra_law(job->law, job->extras, &e, &roll, &held);
-        /* A pair with a ghost is summed on two ranks. */
-        add_energies(&job->springs, who[0] < a->n_own && who[1] < a->n_own ? 1 : .5, &held);
-        x->rolling[c][0] = roll.x;
-        x->rolling[c][1] = roll.y;
-        x->rolling[c][2] = roll.z;
-        x->rolling[c][3] = roll.a;
-        const double n[3] = {e.c.nx, e.c.ny, e.c.nz};
-        for (int k = 0; k < 3; k++) {
-            b->force[c][k] -= g.attraction * n[k];
-            x->torque[c][k] = g.torque[k];
+    for (int c = 0; c < b->n; c += 4) {
+        vec4 f[4], t[4], after[4];
+        turn(f, b->force, 3, c);
+        turn(t, b->torque, 3, c);
+        turn(after, b->after, 4, c);
+        const int end = b->n - c < 4 ? b->n - c : 4;
+        for (int k = 0; k < end; k++, at++) {
+            vec4 *fi = (vec4 *)a->force[b->i[c + k]], *fj = (vec4 *)a->force[b->j[c + k]];
+            if (at >= s->size) at -= s->size;
+            *(vec4 *)s->spring[at] = after[k];
+            fi[0] += f[k];
+            fi[1] += t[k];
+            fj[0] -= f[k];
+            fj[1] += uniform ? t[k] : t[k] * b->lever[c + k];
+            if (x) scatter_extra(b, x, a, s, c + k, at);
         }
-        if (!kept) continue;
-        const double d = sqrt(b->d2[c]), uneven = b->uneven[c];
-        const double lever[2] = {.5 * (d + uneven), .5 * (d - uneven)};
-        book_pair(kept, a->n_own, who, n, lever, &g);
     }
 }
 
@@ -379,7 +240,7 @@ static void apply_extra(block *b, extra_block *x, const arrays *a, pair_forces *
 static void survey(const block *b, pair_forces *job, int uniform)
 {
     for (int c = 0; c < b->n; c++) {
-        double smaller = uniform ? job->radius : .5 * (b->reach[c] - fabs(b->uneven[c]));
+        double smaller = uniform ? job->radius : .5 * (b->reach[c] - fabs(b->apart[c][3]));
         double ratio = b->overlap[c] / smaller;
         if (ratio > job->overlap) job->overlap = ratio;
     }
@@ -396,7 +257,9 @@ DEM_INLINE size_t count_own(const block *b, size_t n_own)
 DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, contact_stream *s,
                       pair_forces *job, dem_law law, int uniform, int one, int periodic)
 {
-    if (!b->n || s->failed) return;
+    if (s->failed) return;
+    sieve(b, a, s, uniform, 2 * job->radius);
+    if (!b->n) return;
     gather(b, a, s, job, uniform, one, periodic);
     if (x) gather_extra(b, x, s);
     apply_law(b, x, job, law, uniform, one);
@@ -414,16 +277,19 @@ DEM_INLINE void pair_loop(pair_forces *job, extra_block *x, const arrays *a, con
                           int periodic)
 {
     block b;
-    b.n = 0;
+    b.entries = 0;
+    b.first = a->row[first];
     for (size_t r = first; r < last; r++) {
         const size_t i = a->slot ? a->slot[r] : r;
+        fetch_ahead(a, i + ROWS_AHEAD < a->n_own ? i + ROWS_AHEAD : i);
         for (size_t k = a->row[r], row_end = a->row[r + 1]; k < row_end;) {
-            size_t room = (size_t)(BLOCK - b.n);
-            size_t end = row_end - k > room ? k + room : row_end;
-            detect(&b, a, s, i, k, end, uniform, 2 * job->radius, periodic);
-            if (b.n == BLOCK) {
+            const size_t room = (size_t)(BLOCK - b.entries);
+            const size_t end = row_end - k > room ? k + room : row_end;
+            look(&b, a, i, k, end, uniform, periodic);
+            if (b.entries == BLOCK) {
                 flush(&b, x, a, s, job, law, uniform, one, periodic);
-                b.n = 0;
+                b.entries = 0;
+                b.first = end;
             }
             k = end;
         }

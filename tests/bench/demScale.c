@@ -291,7 +291,7 @@ static void cost(const char *path, const char *law, const char *wall, int tiles,
     if (dem_advance(sim, 40 * step, 40)) stop(dem_message(sim));
     double least = INFINITY, force = 0, neighbour = 0, other = 0;
     const int64_t built = dem_last_report(sim).rebuilds;
-    for (int pass = 0; pass < 3; pass++) {
+    for (int pass = 0; pass < 12; pass++) {
         const double begin = processor();
         if (dem_advance(sim, steps * step, steps)) stop(dem_message(sim));
         const double took = processor() - begin;
