@@ -62,8 +62,9 @@ static int64_t find_brick(const band *b, const int32_t c[3], int32_t part)
 /* Place of the brick of x, the cell in it and the place in the cell, 0...1; 0: absurdly far. */
 static int locate(const band *b, const double x[3], int32_t c[3], int cell[3], double f[3])
 {
+    const double per_m = 1 / b->spacing;
     for (int k = 0; k < 3; k++) {
-        const double t = (x[k] - b->origin[k]) / b->spacing, whole = floor(t);
+        const double t = (x[k] - b->origin[k]) * per_m, whole = floor(t);
         if (!(fabs(t) < 1e9)) return 0;
         const int32_t i = (int32_t)whole;
         c[k] = i >= 0 ? i / BRICK : -((BRICK - 1 - i) / BRICK);
@@ -93,9 +94,26 @@ static int64_t find_again(const band *b, const int32_t c[3], int32_t part, uint3
     return brick;
 }
 
+enum { ROW = BRICK + 1, LAYER = ROW * ROW };
+
+void band_fetch(const band *b, const double x[3], uint32_t hint)
+{
+    int32_t c[3];
+    int cell[3];
+    double f[3];
+    if (hint == 0 || hint > b->n || !locate(b, x, c, cell, f)) return;
+    const size_t brick = hint - 1;
+    const double *v = b->value[brick] + (cell[2] * ROW + cell[1]) * ROW + cell[0];
+    __builtin_prefetch(b->place[brick]);
+    __builtin_prefetch(&b->hidden[brick][cell[2] * BRICK * BRICK / 64]);
+    __builtin_prefetch(v);
+    __builtin_prefetch(v + ROW);
+    __builtin_prefetch(v + LAYER);
+    __builtin_prefetch(v + LAYER + ROW);
+}
+
 int band_eval(const band *b, int part, const double x[3], double *phi, double g[3], uint32_t *hint)
 {
-    enum { ROW = BRICK + 1, LAYER = ROW * ROW };
     int32_t c[3];
     int cell[3];
     double f[3];
@@ -114,9 +132,10 @@ int band_eval(const band *b, int part, const double x[3], double *phi, double g[
     const double low = v00 + d * (v10 - v00), high = v01 + d * (v11 - v01);
     const double slope_low = s00 + d * (s10 - s00), slope_high = s01 + d * (s11 - s01);
     *phi = low + e * (high - low);
-    g[0] = (slope_low + e * (slope_high - slope_low)) / b->spacing;
-    g[1] = ((v10 - v00) + e * ((v11 - v01) - (v10 - v00))) / b->spacing;
-    g[2] = (high - low) / b->spacing;
+    const double per_m = 1 / b->spacing;
+    g[0] = (slope_low + e * (slope_high - slope_low)) * per_m;
+    g[1] = ((v10 - v00) + e * ((v11 - v01) - (v10 - v00))) * per_m;
+    g[2] = (high - low) * per_m;
     return 1;
 }
 

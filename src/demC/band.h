@@ -34,6 +34,8 @@ int band_has(const band *b, int part, const double x[3]);
 /* Value and gradient there; 0 where there is no brick, -1 where the part is hidden, else 1. hint:
  * what the last call for about that place left there, 0 at first; or NULL. */
 int band_eval(const band *b, int part, const double x[3], double *phi, double g[3], uint32_t *hint);
+/* Ask memory for what band_eval() will read. */
+void band_fetch(const band *b, const double x[3], uint32_t hint);
 /* Whether x, which has no brick, is in free space; `outer`: whether far away is. */
 int band_is_free(const band *b, const double x[3], int outer);
 size_t band_memory(const band *b);

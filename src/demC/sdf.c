@@ -30,7 +30,7 @@
  * Dynamic Implicit Surfaces, Springer (2003), ch. 2, doi:10.1007/b98879. For their use as DEM
  * walls: Shigeto & Sakai, Chem. Eng. J. 231 (2013) 464, doi:10.1016/j.cej.2013.07.073.
  */
-#include "sdf.h"
+#include "band.h"
 
 #include <float.h>
 #include <math.h>
@@ -435,6 +435,11 @@ double sdf_eval_again(const dem_sdf *sdf, int part, const double x[3], double gr
 {
     return sdf->kind == SURFACE ? sdf_eval_surface(sdf, part, x, gradient, hint)
                                 : dem_sdf_eval(sdf, part, x, gradient);
+}
+
+void sdf_fetch(const dem_sdf *sdf, const double x[3], uint32_t hint)
+{
+    if (sdf->kind == SURFACE && sdf->band) band_fetch(sdf->band, x, hint);
 }
 
 double dem_sdf_distance(const dem_sdf *sdf, const double x[3])

@@ -63,6 +63,9 @@ dem_sdf *sdf_new(sdf_kind kind, int parts);
 double sdf_eval_again(const dem_sdf *sdf, int part, const double x[3], double gradient[3],
                       uint32_t *hint);
 
+/* Ask memory for what that will read. */
+void sdf_fetch(const dem_sdf *sdf, const double x[3], uint32_t hint);
+
 /**
  * Whether part `part` may come to be felt by a sphere about x whose radius and coming motion add up
  * to `reach`. Cheap, and on the safe side: hidden parts count, too, as they may come into view by

@@ -31,6 +31,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Samples of a surface lie scattered in memory: what this many entries later are in need of is
+ * asked for. */
+enum { ENTRIES_AHEAD = 4 };
+
 /* x in the coordinates of the start of a wall. */
 static void in_wall(const wall_body *body, const double x[3], double b[3])
 {
@@ -319,11 +323,20 @@ static void load_wall(wall_body *b, const double x[3], const double force[3],
     for (int a = 0; a < 3; a++) b->load[a] -= force[a];
 }
 
+/* What the entry k reads of a shape at rest. */
+static void fetch_ahead(const walls *w, const particles *p, size_t k)
+{
+    if (k >= w->n_entry) return;
+    const wall_entry *e = &w->entry[k];
+    if (!w->body[e->wall].moves) sdf_fetch(w->wall[e->wall].shape, p->pos[e->particle], e->hint);
+}
+
 void sum_wall_forces(wall_forces *job, walls *w, particles *p, size_t end)
 {
     for (; job->next < w->n_entry && w->entry[job->next].particle < end; job->next++) {
         wall_entry *e = &w->entry[job->next];
         double gradient[3], torque[3];
+        fetch_ahead(w, p, job->next + ENTRIES_AHEAD);
         double r = p->pos[e->particle][3];
         double phi = distance_now(w, e, p->pos[e->particle], gradient);
         if (!(phi < r)) {

@@ -23,12 +23,12 @@ done
 : > log
 measure() { "$demScale" cost "$2" "$3" "$4" "$5" "$6" | sed "s/^/$1 /" | tee -a log; }
 for ((k = 0; k < repetitions; k++)); do
-    measure linear equal.bed linear floor 1 100
-    measure hertz equal.bed hertz floor 1 100
-    measure sizes sizes.bed linear floor 1 200
-    for wall in planes box stl; do measure "$wall" boxed.bed linear $wall 1 100; done
-    measure 1e4 small.bed linear floor 1 1000
-    for t in "${tiles[@]}"; do measure "tiles$t" equal.bed linear floor "$t" $((120 / t / t + 5)); done
+    measure linear equal.bed linear floor 1 25
+    measure hertz equal.bed hertz floor 1 25
+    measure sizes sizes.bed linear floor 1 50
+    for wall in planes box stl; do measure "$wall" boxed.bed linear $wall 1 25; done
+    measure 1e4 small.bed linear floor 1 250
+    for t in "${tiles[@]}"; do measure "tiles$t" equal.bed linear floor "$t" $((24 / t + 4)); done
 done
 awk '{ for (c = 1; c < NF; c++) if ($(c + 1) == "ns" && $c + 0 > 0) { ns = $c; break }
        if (!($1 in best) || ns < best[$1]) best[$1] = ns
