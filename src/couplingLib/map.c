@@ -7,7 +7,7 @@
  * specialised for the widths that occur (1, 3, 9) by an always-inline body with literal width.
  */
 #include "map.h"
-#include "sum.h"
+#include "tally.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -158,20 +158,20 @@ void cpl_map_sum_solid(cpl_map *map)
 static void make_report(cpl_map *map)
 {
     cpl_map_report *r = &map->report;
-    cpl_sum particles = {0}, mapped = {0};
+    tally particles = {0}, mapped = {0};
     r->rows = map->n;
     r->entries = map->w.entries;
     r->eps_min = 1;
     r->eps_max = 0;
-    for (size_t p = 0; p < map->n; p++) cpl_add(&particles, map->volume[p]);
+    for (size_t p = 0; p < map->n; p++) tally_add(&particles, map->volume[p]);
     for (size_t c = 0; c < map->own; c++) {
         const double eps = 1 - map->solid[c] / map->mesh.volume[c];
-        cpl_add(&mapped, map->solid[c]);
+        tally_add(&mapped, map->solid[c]);
         r->eps_min = fmin(r->eps_min, eps);
         r->eps_max = fmax(r->eps_max, eps);
     }
-    r->solid_volume = cpl_total(&particles);
-    r->mapped_volume = cpl_total(&mapped);
+    r->solid_volume = tally_total(&particles);
+    r->mapped_volume = tally_total(&mapped);
     if (map->exchange) map_reduce_report(map);
 }
 

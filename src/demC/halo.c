@@ -156,8 +156,17 @@ void halo_follow(dem_sim *sim, const uint32_t *place)
     for (size_t k = 0; k < h->from[sim->ranks]; k++) h->ghost[k] = place[h->ghost[k]];
 }
 
+/* Who is sent lies here and there in memory: soon it is the turn of that one. */
+static void fetch_ahead(const particles *p, uint32_t i)
+{
+    __builtin_prefetch(p->pos[i]);
+    __builtin_prefetch(p->vel[i]);
+}
+
 void halo_refresh(dem_sim *sim)
 {
+    enum { AHEAD = 16 };
+    const size_t sent = sim->halo.first[sim->ranks];
     halo *h = &sim->halo;
     particles *p = &sim->particles;
     int n = 0;
@@ -171,6 +180,7 @@ void halo_refresh(dem_sim *sim)
         const size_t begin = h->first[r], end = h->first[r + 1];
         for (size_t k = begin; k < end; k++) {
             const uint32_t i = h->send[k];
+            if (k + AHEAD < sent) fetch_ahead(p, h->send[k + AHEAD]);
             memcpy(h->out[k], p->pos[i], 3 * sizeof(double));
             memcpy(h->out[k] + 3, p->vel[i], 3 * sizeof(double));
             memcpy(h->out[k] + 6, p->vel[i] + 4, 3 * sizeof(double));

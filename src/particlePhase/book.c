@@ -2,13 +2,13 @@
 /**
  * book.c - sums over the particles of a step and its entry in the ledger.
  *
- * Sums that are compared are compensated (sum.h), so that a residual of 1e-12 means something with
+ * Sums that are compared are compensated (tally.h), so that a residual of 1e-12 means something with
  * a million particles; their scales are plain sums of magnitudes. The exchange is measured against
  * kappa (|u| + |v|) + V |grad p| rather than the net force, because that is what the fluid's
  * equation rounds: at high stiffness K U and S nearly cancel.
  */
 #include "state.h"
-#include "sum.h"
+#include "tally.h"
 
 #include <math.h>
 
@@ -17,14 +17,14 @@ static double size(const double x[3])
     return fabs(x[0]) + fabs(x[1]) + fabs(x[2]);
 }
 
-static void add(cpl_sum s[3], double factor, const double x[3])
+static void add(tally s[3], double factor, const double x[3])
 {
-    for (int a = 0; a < 3; a++) cpl_add(&s[a], factor * x[a]);
+    for (int a = 0; a < 3; a++) tally_add(&s[a], factor * x[a]);
 }
 
-static void total(const cpl_sum s[3], double x[3])
+static void total(const tally s[3], double x[3])
 {
-    for (int a = 0; a < 3; a++) x[a] = cpl_total(&s[a]);
+    for (int a = 0; a < 3; a++) x[a] = tally_total(&s[a]);
 }
 
 /* Sums of this rank. The exchange scale needs u and grad_p of phase_settle and is added there. */
@@ -33,8 +33,8 @@ static phase_sums local_sums(const phase *ph)
     const dem_view p = dem_particles(ph->dem);
     const vector *C = (const vector *)dem_column(ph->dem, ph->carried);
     const vector *L = (const vector *)dem_column(ph->dem, ph->force);
-    cpl_sum momentum[3] = {{0, 0}}, carried[3] = {{0, 0}}, delivered[3] = {{0, 0}};
-    cpl_sum force[3] = {{0, 0}};
+    tally momentum[3] = {{0, 0}}, carried[3] = {{0, 0}}, delivered[3] = {{0, 0}};
+    tally force[3] = {{0, 0}};
     phase_sums s = {.mass = 0};
     for (size_t i = 0; i < p.n; i++) {
         add(momentum, p.mass[i], p.v[i]);

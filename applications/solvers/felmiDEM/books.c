@@ -9,12 +9,12 @@
  *     angularMomentum.csv   with balance: of the particles about the origin, and what walls,
  *                           gravity and outside force gave since the row before
  *
- * The sums over particles are compensated, so that the residual of the mass shows what is missing
- * and not how many there are (Neumaier, Z. Angew. Math. Mech. 54 (1974) 39,
- * doi:10.1002/zamm.19740540106).
+ * The sums over particles are compensated (tally.h), so that the residual of the mass shows what is
+ * missing and not how many there are.
  */
 #include "felmiDEM.h"
 #include "message.h"
+#include "tally.h"
 
 #include <errno.h>
 #include <math.h>
@@ -32,13 +32,9 @@ struct books {
 static double mass_in_domain(const dem_sim *sim)
 {
     const dem_view view = dem_particles(sim);
-    double sum = 0., rest = 0.;
-    for (size_t i = 0; i < view.n; i++) {
-        const double next = sum + view.mass[i];
-        rest += sum >= view.mass[i] ? (sum - next) + view.mass[i] : (view.mass[i] - next) + sum;
-        sum = next;
-    }
-    double both[2] = {sum, rest};
+    tally sum = {0};
+    for (size_t i = 0; i < view.n; i++) tally_add(&sum, view.mass[i]);
+    double both[2] = {sum.sum, sum.lost};
     sum_over_ranks(both, 2);
     return both[0] + both[1];
 }
@@ -62,29 +58,13 @@ static void head_mass(FILE *f, const dem_sim *sim)
     fputs(",domain.number,domain.mass,residual\n", f);
 }
 
-static void head_balance(FILE *energy, FILE *angular)
-{
-    fputs("# s,J,J,J,J,J,J,J,J,J,J,J\n"
-          "time,kinetic,rotational,elastic,gravity,outside,walls,damping,sliding,rolling,supply,"
-          "residual\n",
-          energy);
-    fputs("# s and kg m2/s\n"
-          "time,particles.x,particles.y,particles.z,walls.x,walls.y,walls.z,gravity.x,gravity.y,"
-          "gravity.z,outside.x,outside.y,outside.z\n",
-          angular);
-}
-
-/* 0, or -1 with the reason on stderr. */
-static int begin(books *b, const char *directory, double from)
-{
-    return (b->mass != NULL && rows_begin(b->mass, directory, "massBalance.csv", from) != 0) ||
-                   (b->energy != NULL &&
-                    rows_begin(b->energy, directory, "energy.csv", from) != 0) ||
-                   (b->angular != NULL &&
-                    rows_begin(b->angular, directory, "angularMomentum.csv", from) != 0)
-               ? -1
-               : 0;
-}
+static const char ENERGY[] = "# s,J,J,J,J,J,J,J,J,J,J,J\n"
+                             "time,kinetic,rotational,elastic,gravity,outside,walls,damping,"
+                             "sliding,rolling,supply,residual\n";
+static const char ANGULAR[] =
+    "# s and kg m2/s\n"
+    "time,particles.x,particles.y,particles.z,walls.x,walls.y,walls.z,gravity.x,gravity.y,"
+    "gravity.z,outside.x,outside.y,outside.z\n";
 
 books *books_new(const char *directory, dem_sim *sim, int balance, double from)
 {
@@ -107,16 +87,14 @@ books *books_new(const char *directory, dem_sim *sim, int balance, double from)
     b->has_mass = mass;
     b->mass_at_start = start;
     if (rank > 0) return b;
-    if (mass) b->mass = rows_open(directory, "massBalance.csv");
-    if (balance) b->energy = rows_open(directory, "energy.csv");
-    if (balance) b->angular = rows_open(directory, "angularMomentum.csv");
-    if ((mass && b->mass == NULL) || (balance && (b->energy == NULL || b->angular == NULL))) {
-        books_free(b);
-        return NULL;
+    if (mass) {
+        char *head = head_of(head_mass, sim);
+        if (head != NULL) b->mass = series_open(directory, "massBalance.csv", head, from);
+        free(head);
     }
-    if (mass) head_mass(b->mass, sim);
-    if (balance) head_balance(b->energy, b->angular);
-    if (begin(b, directory, from) != 0) {
+    if (balance) b->energy = series_open(directory, "energy.csv", ENERGY, from);
+    if (balance) b->angular = series_open(directory, "angularMomentum.csv", ANGULAR, from);
+    if ((mass && b->mass == NULL) || (balance && (b->energy == NULL || b->angular == NULL))) {
         books_free(b);
         return NULL;
     }

@@ -35,19 +35,17 @@ plan plan_of(const case_control *control, double origin, double now);
 /* The end of a step. The last one ends at the end time, whatever the interval of output. */
 double plan_time(const plan *p, long step);
 
-/* rows.c: files of time series that go on after a restart. `from`: rows up to this time, s, are
- * kept; NAN: none. */
-/* A file for <directory>/postProcessing, to be given its head; NULL with the reason on stderr. */
-FILE *rows_open(const char *directory, const char *name);
-/* The head is complete: behind it the rows that are kept, and to its place with it. 0 or -1, with
- * the reason on stderr. */
-int rows_begin(FILE *file, const char *directory, const char *name, double from);
+/* series.c: a time series in <directory>/postProcessing. Behind its head are the rows there are up
+ * to the time `from`, s (NAN: none). NULL with the reason on stderr. */
+FILE *series_open(const char *directory, const char *name, const char *head, double from);
+/* The head that `write` writes, to be freed; NULL with the reason on stderr. */
+char *head_of(void (*write)(FILE *file, const dem_sim *sim), const dem_sim *sim);
 
 /* record.c: time series in <case>/postProcessing. */
 typedef struct record record;
 
 /* On the first rank NULL with the reason on stderr. gravity (m/s2) is for the potential energy;
- * from: see rows.c. */
+ * from: see series.c. */
 record *record_new(const char *directory, const dem_sim *sim, const double gravity[3], double from);
 /* Collective: one row of each file, after a step. 0, or -1 with the reason on stderr. */
 int record_write(record *r, const dem_sim *sim);

@@ -26,6 +26,11 @@ struct record {
     double gravity[3];
 };
 
+static const char PARTICLES[] =
+    "# s,-,-,-,-,m/s,J,J,J,kg m/s,kg m/s,kg m/s,m,m,m\n"
+    "time,particles,contacts,wallContacts,overlap,speed,kineticEnergy,rotationalEnergy,"
+    "potentialEnergy,momentum.x,momentum.y,momentum.z,centre.x,centre.y,centre.z\n";
+
 /* Units and names of the columns. */
 static void name_walls(FILE *f, const dem_sim *sim)
 {
@@ -56,20 +61,13 @@ record *record_new(const char *directory, const dem_sim *sim, const double gravi
     int rank;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     if (rank > 0) return r;
-    r->particles = rows_open(directory, "particles.csv");
-    if (r->particles != NULL && dem_walls(sim) > 0)
-        r->walls = rows_open(directory, "wallForces.csv");
-    if (r->particles == NULL || (r->walls == NULL && dem_walls(sim) > 0)) {
-        record_free(r);
-        return NULL;
+    r->particles = series_open(directory, "particles.csv", PARTICLES, from);
+    if (r->particles != NULL && dem_walls(sim) > 0) {
+        char *head = head_of(name_walls, sim);
+        if (head != NULL) r->walls = series_open(directory, "wallForces.csv", head, from);
+        free(head);
     }
-    fputs("# s,-,-,-,-,m/s,J,J,J,kg m/s,kg m/s,kg m/s,m,m,m\n"
-          "time,particles,contacts,wallContacts,overlap,speed,kineticEnergy,rotationalEnergy,"
-          "potentialEnergy,momentum.x,momentum.y,momentum.z,centre.x,centre.y,centre.z\n",
-          r->particles);
-    if (r->walls != NULL) name_walls(r->walls, sim);
-    if (rows_begin(r->particles, directory, "particles.csv", from) != 0 ||
-        (r->walls != NULL && rows_begin(r->walls, directory, "wallForces.csv", from) != 0)) {
+    if (r->particles == NULL || (r->walls == NULL && dem_walls(sim) > 0)) {
         record_free(r);
         return NULL;
     }
