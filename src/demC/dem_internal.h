@@ -62,13 +62,13 @@ struct dem_sim {
 
     double smallest_any, median_radius, largest_radius; /* m; 0 without particles */
     double *smallest_mass, *smallest_radius; /* [n_material], infinite without particles */
-    int uniform;                             /* one material, radius and mass, which are: */
-    int uniform_material;
-    double uniform_mass;
-    double mass;                        /* of all particles, kg */
-    double coming_radius, coming_speed; /* of what feeders may yet bring: largest, m, m/s */
-    double speed;                       /* no particle is faster, m/s */
-    double overlap;                     /* largest / smaller radius, when last looked at, - */
+    int one_material, the_material;          /* all particles are of one, which is that; */
+    int uniform;                             /* moreover of one radius and one mass, */
+    double uniform_mass;                     /* which is this */
+    double mass;                             /* of all particles, kg */
+    double coming_radius, coming_speed;      /* of what feeders may yet bring: largest, m, m/s */
+    double speed;                            /* no particle is faster, m/s */
+    double overlap;                          /* largest / smaller radius, when last looked at, - */
     double held_step; /* that the engine chose last, kept while the limit is little above it, s */
 
     int outside;        /* an outside force is set */

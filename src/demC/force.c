@@ -115,7 +115,13 @@ DEM_INLINE void gather(block *b, const arrays *a, const contact_stream *s, const
         *(vec4 *)b->twist[c] = (vi[1] - vj[1]) * b->between[m][3];
         b->mass[c] = 1 / (a->vel[i][3] + a->vel[j][3]);
         b->radius[c] = a->pos[i][3] * a->pos[j][3] / b->reach[c];
-        if (!one) b->q[c] = job->table[a->material[i] * job->n_material + a->material[j]];
+        if (one) continue;
+        const coefficient *q = &job->table[a->material[i] * job->n_material + a->material[j]];
+        b->q[0][c] = q->normal;
+        b->q[1][c] = q->tangential;
+        b->q[2][c] = q->damping_n;
+        b->q[3][c] = q->damping_t;
+        b->q[4][c] = q->friction;
     }
 }
 
@@ -134,7 +140,7 @@ DEM_INLINE int fill_up(block *b, int uniform, int one)
         *(vec4 *)b->twist[c] = *(vec4 *)b->twist[last];
         b->mass[c] = b->mass[last];
         b->radius[c] = b->radius[last];
-        if (!one) b->q[c] = b->q[last];
+        for (int k = 0; k < 5 && !one; k++) b->q[k][c] = b->q[k][last];
     }
     return whole / WIDE;
 }
@@ -143,7 +149,7 @@ DEM_INLINE int fill_up(block *b, int uniform, int one)
 DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair_forces *job,
                           dem_law law, int uniform, int one)
 {
-    const coefficient only = uniform ? job->only : job->table[0];
+    const coefficient only = job->only;
     const double mass = .5 * job->mass, radius = .5 * job->radius, dt = job->dt;
     const double reach = 2 * job->radius;
     const int n = WIDE * fill_up(b, uniform, one);
@@ -170,8 +176,9 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
                      uniform ? mass : b->mass[c],
                      uniform ? radius : b->radius[c],
                      1};
+        const coefficient q = {b->q[0][c], b->q[1][c], b->q[2][c], b->q[3][c], b->q[4][c]};
         spring s = {b->spring[c][0], b->spring[c][1], b->spring[c][2], b->spring[c][3]};
-        contact_force f = law_force(law, one ? only : b->q[c], t, dt, &s);
+        contact_force f = law_force(law, one ? only : q, t, dt, &s);
         if (x) {
             x->normal[c] = f.normal;
             x->elastic[c] = f.elastic;
@@ -392,7 +399,7 @@ void forces_of_rows(force_loop *loop, size_t begin, size_t end)
                       (const double(*)[4])list->shift,
                       loop->springs.c->touch,
                       p->n};
-    const int plain = job->uniform ? EQUAL : job->n_material == 1 ? ALIKE : ANY;
+    const int plain = job->uniform ? EQUAL : job->one_material ? ALIKE : ANY;
     pair_kernel *kernel =
         choose(job->vectors, job->law, job->extras ? EXTRA : plain, list->any_periodic);
     kernel(job, &a, &loop->springs, begin, end);

@@ -18,9 +18,10 @@ typedef struct pair_forces {
     int vectors;              /* at most force_vectors() */
     const coefficient *table; /* [n_material * n_material] */
     int n_material;
-    int uniform;         /* all particles have one material, one radius and one mass */
-    double mass, radius; /* of each, if uniform, */
-    coefficient only;    /* and of any two of them */
+    int one_material;    /* all particles have the same, and then */
+    coefficient only;    /* any two of them have this */
+    int uniform;         /* moreover one radius and one mass, */
+    double mass, radius; /* which are these */
     double dt;
     const extras *extras;  /* models beyond the plain law, or NULL */
     balance *balance;      /* where its parts go, if it is kept */

@@ -54,6 +54,7 @@ static extra_contact describe(const block *b, const extra_block *x, const arrays
                               const pair_forces *job, int c)
 {
     uint32_t i = b->i[c], j = b->j[c];
+    const int pair = a->material[i] * job->n_material + a->material[j];
     const double *vi = a->vel[i], *vj = a->vel[j], *s = x->before[c];
     const double f[3] = {b->force[0][c], b->force[1][c], b->force[2][c]};
     double d = sqrt(b->d2[c]), fn = x->normal[c];
@@ -64,7 +65,7 @@ static extra_contact describe(const block *b, const extra_block *x, const arrays
                              .mass = b->mass[c],
                              .radius = b->radius[c],
                              .steepness = 1},
-                       .q = b->q[c],
+                       .q = job->table[pair],
                        .dt = job->dt,
                        .inertia = 1 / (vi[7] + vj[7]),
                        .wx = vi[4] - vj[4],
@@ -73,7 +74,7 @@ static extra_contact describe(const block *b, const extra_block *x, const arrays
                        .area = lens_area(a->pos[i][3], a->pos[j][3], d),
                        .before = {s[0], s[1], s[2], s[3]},
                        .after = {b->after[0][c], b->after[1][c], b->after[2][c], b->after[3][c]}};
-    e.r = job->extras->table[a->material[i] * job->n_material + a->material[j]];
+    e.r = job->extras->table[pair];
     e.f = (contact_force){.tx = f[0] - fn * e.c.nx,
                           .ty = f[1] - fn * e.c.ny,
                           .tz = f[2] - fn * e.c.nz,

@@ -130,9 +130,9 @@ void take_stock(dem_sim *sim)
     sim->largest_radius = s.radius;
     sim->smallest_any = sim->total ? -s.less_radius : 0;
     sim->speed = s.speed;
-    sim->uniform =
-        s.radius == -s.less_radius && s.mass == -s.less_mass && s.material == -s.less_material;
-    sim->uniform_material = s.material > 0 ? (int)s.material : 0;
+    sim->one_material = s.material == -s.less_material;
+    sim->the_material = s.material > 0 ? (int)s.material : 0;
+    sim->uniform = sim->one_material && s.radius == -s.less_radius && s.mass == -s.less_mass;
     sim->uniform_mass = s.mass;
     if (sim->total) sim->median_radius = find_median(sim);
     sim->mass = total_mass(sim);

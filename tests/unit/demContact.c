@@ -146,7 +146,8 @@ static void task_init(task *t, dem_law law, int kind, size_t pairs)
     t->job = (pair_forces){.law = law,
                            .vectors = force_vectors(),
                            .table = t->table,
-                           .n_material = kind == 0 || kind == 3 ? 1 : 2,
+                           .n_material = 2,
+                           .one_material = kind == 0 || kind == 3,
                            .uniform = kind == 0,
                            .mass = 2500 * 4. / 3 * M_PI * 1e-9,
                            .radius = 1e-3,
@@ -184,7 +185,7 @@ static void compare_sum(task *t, gsl_rng *rng, double share)
     size_t contacts = 0;
     for (size_t k = 0; k < t->pairs; k++) {
         state s;
-        draw(rng, &s, job.uniform, job.n_material, gsl_rng_uniform(rng) < share);
+        draw(rng, &s, job.uniform, job.one_material ? 1 : 2, gsl_rng_uniform(rng) < share);
         to_row(&t->alone[k], 0, &s);
         to_row(&t->together, t->where[k], &s);
         contacts += sum_forces(&job, &t->alone[k], 1);
@@ -322,14 +323,63 @@ static void widest_vectors(void **state)
     dem_free(sim);
 }
 
+/* Two spheres of different sizes that overlap and slide, of the material `m` of n; where the first
+ * is after a step. */
+static void push_apart(int n, const dem_material *material, const dem_pair *pair, int m,
+                       double after[3])
+{
+    dem_param p = dem_param_default();
+    for (int a = 0; a < 3; a++) p.hi[a] = .02;
+    p.n_material = n;
+    p.material = material;
+    p.pair = pair;
+    dem_sim *sim;
+    assert_int_equal(dem_new(MPI_COMM_WORLD, &p, &sim), DEM_OK);
+    const double x[2][3] = {{.01, .01, .01}, {.0129, .01, .01}}, r[2] = {1e-3, 2e-3};
+    const double v[2][3] = {{0, .1, 0}, {0, -.1, 0}};
+    const int of[2] = {m, m};
+    assert_int_equal(dem_add(sim, 2, x, v, NULL, r, of, NULL), DEM_OK);
+    assert_true(sim->one_material && sim->the_material == m && !sim->uniform);
+    assert_int_equal(dem_advance(sim, 1e-5, 1), DEM_OK);
+    memcpy(after, dem_particles(sim).x[0], sizeof(double[3]));
+    const double far[1][3] = {{.002, .002, .002}};
+    const int other[1] = {0};
+    assert_int_equal(dem_add(sim, 1, far, NULL, NULL, r, other, NULL), DEM_OK);
+    assert_int_equal(sim->one_material, m == 0);
+    dem_free(sim);
+}
+
+/* That there are materials which no particle has, for walls, changes nothing. */
+static void materials_without_particles(void **state)
+{
+    (void)state;
+    const dem_material two[2] = {{.density = 1000, .youngs_modulus = 1e6, .poisson_ratio = .3},
+                                 {.density = 2500, .youngs_modulus = 1e7, .poisson_ratio = .3}};
+    const dem_pair soft = {
+        .restitution = .3, .friction = .1, .stiffness = 100, .stiffness_ratio = 1};
+    const dem_pair stiff = {
+        .restitution = .9, .friction = .5, .stiffness = 1000, .stiffness_ratio = 1};
+    const dem_pair pairs[4] = {soft, soft, soft, stiff};
+    double alone[3], among[3];
+    push_apart(1, two + 1, &stiff, 0, alone);
+    push_apart(2, two, pairs, 1, among);
+    assert_memory_equal(alone, among, sizeof alone);
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(linear_equal),        cmocka_unit_test(linear_different),
-        cmocka_unit_test(linear_with_more),    cmocka_unit_test(hertz_equal),
-        cmocka_unit_test(hertz_different),     cmocka_unit_test(hertz_with_more),
-        cmocka_unit_test(linear_one_material), cmocka_unit_test(hertz_one_material),
-        cmocka_unit_test(turned_about),        cmocka_unit_test(widest_vectors),
+        cmocka_unit_test(linear_equal),
+        cmocka_unit_test(linear_different),
+        cmocka_unit_test(linear_with_more),
+        cmocka_unit_test(hertz_equal),
+        cmocka_unit_test(hertz_different),
+        cmocka_unit_test(hertz_with_more),
+        cmocka_unit_test(linear_one_material),
+        cmocka_unit_test(hertz_one_material),
+        cmocka_unit_test(turned_about),
+        cmocka_unit_test(widest_vectors),
+        cmocka_unit_test(materials_without_particles),
     };
     MPI_Init(&argc, &argv);
     const int failed = cmocka_run_group_tests(tests, NULL, NULL);
