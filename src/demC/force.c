@@ -200,20 +200,26 @@ DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair
     }
 }
 
+/* gcc and clang have different names for taking some of the numbers of two vectors. */
+#ifdef __clang__
+#define SOME_OF(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+typedef int64_t which4 __attribute__((vector_size(32)));
+#define SOME_OF(a, b, ...) __builtin_shuffle(a, b, (which4){__VA_ARGS__})
+#endif
+
 /* Components of four pairs, from c on, to vectors of them. */
 DEM_INLINE void turn(vec4 out[4], const double (*in)[BLOCK], int components, int c)
 {
-    typedef int64_t index __attribute__((vector_size(32)));
     const vec4 none = {0, 0, 0, 0};
     const vec4 x = *(const vec4 *)&in[0][c], y = *(const vec4 *)&in[1][c];
     const vec4 z = *(const vec4 *)&in[2][c], w = components > 3 ? *(const vec4 *)&in[3][c] : none;
-    const index even = {0, 4, 2, 6}, odd = {1, 5, 3, 7}, low = {0, 1, 4, 5}, high = {2, 3, 6, 7};
-    const vec4 xy0 = __builtin_shuffle(x, y, even), xy1 = __builtin_shuffle(x, y, odd);
-    const vec4 zw0 = __builtin_shuffle(z, w, even), zw1 = __builtin_shuffle(z, w, odd);
-    out[0] = __builtin_shuffle(xy0, zw0, low);
-    out[1] = __builtin_shuffle(xy1, zw1, low);
-    out[2] = __builtin_shuffle(xy0, zw0, high);
-    out[3] = __builtin_shuffle(xy1, zw1, high);
+    const vec4 xy0 = SOME_OF(x, y, 0, 4, 2, 6), xy1 = SOME_OF(x, y, 1, 5, 3, 7);
+    const vec4 zw0 = SOME_OF(z, w, 0, 4, 2, 6), zw1 = SOME_OF(z, w, 1, 5, 3, 7);
+    out[0] = SOME_OF(xy0, zw0, 0, 1, 4, 5);
+    out[1] = SOME_OF(xy1, zw1, 0, 1, 4, 5);
+    out[2] = SOME_OF(xy0, zw0, 2, 3, 6, 7);
+    out[3] = SOME_OF(xy1, zw1, 2, 3, 6, 7);
 }
 
 /* Pair by pair, all of a pair at once: which pairs share a block is not the same on every number of

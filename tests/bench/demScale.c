@@ -113,10 +113,13 @@ static dem_sim *make(const char *wall_kind, const char *law, const double size[3
                      const dem_insertion *insertion)
 {
     dem_param p = dem_param_default();
-    dem_material glass = {
+    /* Two of the same: a loop that looks them up does not know. */
+    const dem_material glass = {
         .name = "glass", .density = density, .youngs_modulus = 1e8, .poisson_ratio = .3};
-    dem_pair pair = {
+    const dem_pair alike = {
         .restitution = .3, .friction = .5, .stiffness = stiffness, .stiffness_ratio = 1};
+    const dem_material material[2] = {glass, glass};
+    const dem_pair pair[4] = {alike, alike, alike, alike};
     dem_wall wall[5];
     p.n_wall = (size_t)make_walls(wall, wall_kind, size);
     for (int a = 0; a < 3; a++) {
@@ -126,9 +129,9 @@ static dem_sim *make(const char *wall_kind, const char *law, const double size[3
     }
     p.gravity[2] = -9.81 * weight;
     p.law = !strcmp(law, "hertz") ? DEM_HERTZ : DEM_LINEAR;
-    p.n_material = 1;
-    p.material = &glass;
-    p.pair = &pair;
+    p.n_material = 2;
+    p.material = material;
+    p.pair = pair;
     p.wall = wall;
     p.insertion = insertion;
     p.n_insertion = insertion != NULL;
@@ -163,8 +166,8 @@ static bed read_bed(const char *path)
     return b;
 }
 
-/* Of tiles^2 copies of the bed. */
-static void add_tiles(dem_sim *sim, const bed *b, int tiles)
+/* Of tiles^2 copies of the bed, particles of so many materials. */
+static void add_tiles(dem_sim *sim, const bed *b, int tiles, int materials)
 {
     const size_t n = (size_t)(b->n * tiles * tiles);
     double(*x)[3] = room(n * sizeof *x), *radius = room(n * sizeof *radius);
@@ -177,6 +180,7 @@ static void add_tiles(dem_sim *sim, const bed *b, int tiles)
         x[k][1] = s[1] + (double)(tile / (size_t)tiles) * b->width[1];
         x[k][2] = s[2];
         radius[k] = s[3];
+        material[k] = (int)k % materials;
     }
     if (dem_add(sim, n, (const double(*)[3])x, NULL, NULL, radius, material, NULL))
         stop(dem_message(sim));
@@ -228,7 +232,7 @@ static void settle(const char *kind, const char *path)
         const int steps = k == 0 ? 6000 : k < STAGES - 1 ? 200 : 3000;
         dem_sim *sim = make(boxed ? "planes" : "floor", "linear", size, weight, k ? NULL : &fill);
         const bed b = k ? read_bed(path) : (bed){.n = 0};
-        if (k) add_tiles(sim, &b, 1);
+        if (k) add_tiles(sim, &b, 1, 1);
         run_for(sim, steps);
         write_bed(path, size, sim);
         dem_free(sim);
@@ -286,7 +290,7 @@ static void cost(const char *path, const char *law, const char *wall, int tiles,
     const double size[3] = {tiles * b.width[0], tiles * b.width[1], b.height};
     const double before = peak();
     dem_sim *sim = make(wall, law, size, 1, NULL);
-    add_tiles(sim, &b, tiles);
+    add_tiles(sim, &b, tiles, !strcmp(law, "two") ? 2 : 1);
     const double step = dem_time_limits(sim).step, n = (double)dem_particles(sim).n;
     if (dem_advance(sim, 40 * step, 40)) stop(dem_message(sim));
     double least = INFINITY, force = 0, neighbour = 0, other = 0;
@@ -325,7 +329,8 @@ int main(int argc, char **argv)
     else if (argc == 7 && !strcmp(argv[1], "cost"))
         cost(argv[2], argv[3], argv[4], atoi(argv[5]), atoi(argv[6]));
     else
-        stop("usage: demScale settle <kind> <bed> | cost <bed> <law> <wall> <tiles> <steps>");
+        stop("usage: demScale settle <kind> <bed> | cost <bed> linear|hertz|two <wall> <tiles> "
+             "<steps>; two: linear, two materials");
     MPI_Finalize();
     return 0;
 }

@@ -26,6 +26,7 @@ for ((k = 0; k < repetitions; k++)); do
     measure linear equal.bed linear floor 1 25
     measure hertz equal.bed hertz floor 1 25
     measure sizes sizes.bed linear floor 1 50
+    measure two sizes.bed two floor 1 50
     for wall in planes box stl; do measure "$wall" boxed.bed linear $wall 1 25; done
     measure 1e4 small.bed linear floor 1 250
     for t in "${tiles[@]}"; do measure "tiles$t" equal.bed linear floor "$t" $((24 / t + 4)); done
@@ -33,7 +34,8 @@ done
 awk '{ for (c = 1; c < NF; c++) if ($(c + 1) == "ns" && $c + 0 > 0) { ns = $c; break }
        if (!($1 in best) || ns < best[$1]) best[$1] = ns
        for (c = 1; c < NF; c++) if ($(c + 1) == "bytes") bytes[$1] = $c }
-     END { printf "Hertz over linear %.2f, sizes 1:4 over equal ones %.2f\n", best["hertz"] / best["linear"], best["sizes"] / best["linear"]
+     END { printf "Hertz over linear %.2f, sizes 1:4 over equal ones %.2f, of two materials %.2f\n",
+                  best["hertz"] / best["linear"], best["sizes"] / best["linear"], best["two"] / best["linear"]
            printf "box by its shape over planes %.2f, from an STL file %.2f\n", best["box"] / best["planes"], best["stl"] / best["planes"]
            for (key in best) if (key ~ /^tiles/) { t = substr(key, 6)
                printf "%8d particles: %.2f times 1e4, %d bytes each\n", 1e5 * t * t, best[key] / best["1e4"], bytes[key] } }' log
