@@ -270,7 +270,7 @@ DEM_INLINE size_t count_own(const block *b, size_t n_own)
 DEM_INLINE void flush(block *b, extra_block *x, const arrays *a, contact_stream *s,
                       pair_forces *job, dem_law law, int uniform, int one, int periodic)
 {
-    if (s->failed) return;
+    if (!b->entries || s->failed) return;
     sieve(b, a, s, uniform, 2 * job->radius);
     if (!b->n) return;
     gather(b, a, s, job, uniform, one, periodic);
