@@ -116,12 +116,9 @@ DEM_INLINE void gather(block *b, const arrays *a, const contact_stream *s, const
         b->mass[c] = 1 / (a->vel[i][3] + a->vel[j][3]);
         b->radius[c] = a->pos[i][3] * a->pos[j][3] / b->reach[c];
         if (one) continue;
-        const coefficient *q = &job->table[a->material[i] * job->n_material + a->material[j]];
-        b->q[0][c] = q->normal;
-        b->q[1][c] = q->tangential;
-        b->q[2][c] = q->damping_n;
-        b->q[3][c] = q->damping_t;
-        b->q[4][c] = q->friction;
+        const int pair = a->material[i] * job->n_material + a->material[j];
+        const double *q = (const double *)&job->table[pair];
+        for (int k = 0; k < COEFFICIENTS; k++) b->q[k][c] = q[k];
     }
 }
 
@@ -140,7 +137,7 @@ DEM_INLINE int fill_up(block *b, int uniform, int one)
         *(vec4 *)b->twist[c] = *(vec4 *)b->twist[last];
         b->mass[c] = b->mass[last];
         b->radius[c] = b->radius[last];
-        for (int k = 0; k < 5 && !one; k++) b->q[k][c] = b->q[k][last];
+        for (int k = 0; k < COEFFICIENTS && !one; k++) b->q[k][c] = b->q[k][last];
     }
     return whole / WIDE;
 }
@@ -149,6 +146,7 @@ DEM_INLINE int fill_up(block *b, int uniform, int one)
 DEM_INLINE void apply_law(block *restrict b, extra_block *restrict x, const pair_forces *job,
                           dem_law law, int uniform, int one)
 {
+    _Static_assert(COEFFICIENTS == 5, "each is named below, in the order of the struct");
     const coefficient only = job->only;
     const double mass = .5 * job->mass, radius = .5 * job->radius, dt = job->dt;
     const double reach = 2 * job->radius;

@@ -11,6 +11,7 @@
 enum {
     BLOCK = 128, /* entries of the list in a block */
     WIDE = 8,    /* numbers in the widest vector; divides BLOCK */
+    COEFFICIENTS = sizeof(coefficient) / sizeof(double),
 };
 
 typedef struct block {
@@ -36,7 +37,7 @@ typedef struct block {
     _Alignas(64) double twist[BLOCK][4];    /* (r_i - r_j)(w_i - w_j); unless uniform */
     _Alignas(64) double spring[BLOCK][4];   /* before the step */
     double lever[BLOCK];                    /* l_j / l_i; unless uniform */
-    double q[5][BLOCK];                     /* coefficients; unless of one material */
+    double q[COEFFICIENTS][BLOCK];          /* coefficients; unless of one material */
     /* What the law gives, component by component: it is written in whole vectors. */
     _Alignas(64) double after[4][BLOCK]; /* spring */
     _Alignas(64) double force[3][BLOCK];
